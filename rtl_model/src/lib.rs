@@ -1,0 +1,16 @@
+//! Integer-only model of the texture unit: number formats, tables and pipeline stages.
+//!
+//! Nothing in this crate is a floating-point value. A register holds `raw · 2^−frac` in an `i64`;
+//! formats, roundings and overflow modes are data, so that a study can sweep them in one process.
+#![no_std]
+#![forbid(unsafe_code)]
+#![warn(missing_docs, unreachable_pub)]
+#![deny(
+    clippy::float_arithmetic,
+    clippy::disallowed_types,
+    clippy::as_conversions
+)]
+
+extern crate alloc;
+
+pub mod policy;

@@ -1,0 +1,118 @@
+//! Policies: the choices of algorithm that every engine honours, as closed sets of named values.
+
+macro_rules! policy {
+    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? } default $default:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name { $($(#[$vdoc])* $variant),+ }
+
+        impl $name {
+            /// Every value, in the order in which the documentation lists them.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// The literal that unit files use.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $text),+ }
+            }
+
+            /// The value with that literal, if there is one.
+            #[must_use]
+            pub fn parse(text: &str) -> Option<Self> {
+                match text { $($text => Some(Self::$variant),)+ _ => None }
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self { Self::$default }
+        }
+    };
+}
+
+policy! {
+    /// How the number of probes follows from the line length M and the probe width m (texels).
+    Count {
+        /// clamp(⌈M/m − 2⁻⁸⌉, 1, max).
+        Ceil = "ceil",
+        /// clamp(⌊M/m + ½⌋, 1, max).
+        Round = "round",
+        /// TEXRAM: the next power of two that is at least the `ceil` count.
+        Pow2 = "pow2",
+        /// Feline: max(1, ⌊2ρ − ½⌋) probes over a line of length 2(M − m), end points included.
+        Feline = "feline",
+    } default Ceil
+}
+
+policy! {
+    /// Where the direction of the probe line comes from.
+    Axis {
+        /// Schilling: sine and cosine from the angle table.
+        EigenTable = "eigen-table",
+        /// The eigenvector itself, normalised.
+        EigenExact = "eigen-exact",
+        /// The longest column of [D s·B'], as GPUs do with the longer screen derivative.
+        LongerDerivative = "longer-derivative",
+    } default EigenTable
+}
+
+policy! {
+    /// Weights of the probes along the line.
+    Weights {
+        /// All alike.
+        Box = "box",
+        /// e^(−2x²), x = offset over half the line, normalised to sum exactly 1.
+        Gaussian = "gaussian",
+    } default Box
+}
+
+policy! {
+    /// How the minor axis λ2 is found.
+    Minor {
+        /// Equation 17 of the paper: ½(a + c − √…), which cancels for thin ellipses.
+        Paper = "paper",
+        /// λ1·λ2 = √det K.
+        Det = "det",
+    } default Paper
+}
+
+policy! {
+    /// What stands for the derivative of the modified normal.
+    Dnmod {
+        /// ∂n of the interpolated normal, as in the paper.
+        Paper = "paper",
+        /// ∂n⊥ = ∂n − n⟨n,∂n⟩/⟨n,n⟩ of the interpolated normal.
+        Normal = "normal",
+        /// ∂n⊥ + b1 ∂e1 + b2 ∂e2: the local frame turns with the normal.
+        Frame = "frame",
+    } default Normal
+}
+
+policy! {
+    /// Where the entries of the angle table lie inside −45°…+45°.
+    Placement {
+        /// Entry k at −45° + 90°·k/n; 0° is an entry.
+        Edges = "edges",
+        /// Entry k at −45° + 90°·(k + ½)/n, the centre of its bin.
+        Centres = "centres",
+    } default Edges
+}
+
+policy! {
+    /// What is interpolated between texels and levels of the roughness pyramid.
+    RoughnessInterpolation {
+        /// The moments; B is formed after the interpolation.
+        Moments = "moments",
+        /// d1, d2, d3, because B is what the paper stores.
+        Factors = "factors",
+    } default Moments
+}
+
+policy! {
+    /// Where the mean curvature of the bump map inside a footprint is counted.
+    Curvature {
+        /// In the roughness pyramid, as in the paper.
+        Pyramid = "pyramid",
+        /// In ∂n; its trend is taken out of the pyramid (the paper's footnote 2).
+        Surface = "surface",
+    } default Pyramid
+}

@@ -1,0 +1,35 @@
+//! Fragments: what a rasteriser hands to the unit for one pixel.
+
+/// One pixel's input to the ENV operation, in doubles.
+///
+/// World space, right-handed; `v` points from the surface to the eye. Nothing is normalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fragment {
+    /// Direction from the surface to the eye.
+    pub v: [f64; 3],
+    /// Interpolated surface normal.
+    pub n: [f64; 3],
+    /// ∂v per pixel to the right.
+    pub dv_dx: [f64; 3],
+    /// ∂v per pixel downwards (increasing y of the image plane).
+    pub dv_dy: [f64; 3],
+    /// ∂n per pixel to the right.
+    pub dn_dx: [f64; 3],
+    /// ∂n per pixel downwards.
+    pub dn_dy: [f64; 3],
+    /// Main direction of the local frame; needed by `bump` and `rough`.
+    pub h: Option<[f64; 3]>,
+    /// Bump offsets b1, b2 in units of |n|.
+    pub bump: Option<[f64; 2]>,
+    /// Roughness factors d1, d2, d3: B = [d1 d2; 0 d3].
+    pub rough: Option<[f64; 3]>,
+}
+
+/// A fragment and the pixel that it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelFragment {
+    /// Column and row of the image, (0, 0) top left.
+    pub pixel: [u32; 2],
+    /// The unit's input.
+    pub fragment: Fragment,
+}

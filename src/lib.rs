@@ -1,0 +1,13 @@
+//! Tapline: a bit-accurate simulator of a texture unit for filtered environment maps.
+//!
+//! Data flows one way: scenes make fragments and textures, an engine turns fragments into
+//! colours, and the report compares the pictures. `rtl_model` knows nothing of this crate.
+
+pub use rtl_model::policy;
+
+pub mod cube;
+pub mod error;
+pub mod fragment;
+pub mod picture;
+pub mod settings;
+pub mod stage;
