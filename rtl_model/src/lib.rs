@@ -13,4 +13,20 @@
 
 extern crate alloc;
 
+pub mod config;
+pub mod fx;
 pub mod policy;
+pub mod port;
+pub mod regs;
+pub mod stages;
+pub mod tables;
+pub mod tap;
+pub mod texel;
+pub mod texture;
+pub mod unit;
+
+pub use config::{Config, ConfigError, TexelFormat};
+pub use regs::{Event, Reg};
+pub use tap::{NoTap, Tap};
+pub use texture::Texture;
+pub use unit::Unit;

@@ -1,0 +1,121 @@
+//! Rounding and overflow without branches: a register write.
+//!
+//! `(x + c0 + ((x >> 63) & c1) + (−((x >> s) & 1) & c2)) >> s` gives all eight roundings for the
+//! right constants; they depend on the shift only through 2^(s−1), so that a block register, whose
+//! shift differs from fragment to fragment, uses the same circuit.
+
+use super::format::{Format, Overflow, Rounding};
+
+/// A register's format compiled to the constants of its rounding circuit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantizer {
+    /// The format.
+    pub format: Format,
+    /// Fraction bits of the value that comes in; meaningless for block registers.
+    pub frac_in: i64,
+    half: i64,
+    minus: i64,
+    sign_full: i64,
+    sign_one: i64,
+    odd: i64,
+    min: i64,
+    max: i64,
+    wrap_shift: u32,
+}
+
+impl Quantizer {
+    /// The register write for values with `frac_in` fraction bits.
+    #[must_use]
+    pub fn new(format: Format, frac_in: i64) -> Self {
+        // (mask of 2^(s−1), constant, mask of 2^s − 1 on negatives, constant on negatives, on odd)
+        let (half, minus, sign_full, sign_one, odd) = match format.rounding {
+            Rounding::Floor => (0, 0, 0, 0, 0),
+            Rounding::Zero => (0, 0, -1, 0, 0),
+            Rounding::HalfUp => (-1, 0, 0, 0, 0),
+            Rounding::HalfDown => (-1, -1, 0, 0, 0),
+            Rounding::HalfAway => (-1, 0, 0, -1, 0),
+            Rounding::HalfZero => (-1, -1, 0, 1, 0),
+            Rounding::HalfEven => (-1, -1, 0, 0, 1),
+            Rounding::HalfOdd => (-1, 0, 0, 0, -1),
+        };
+        Self {
+            format,
+            frac_in,
+            half,
+            minus,
+            sign_full,
+            sign_one,
+            odd,
+            min: format.min_raw(),
+            max: format.max_raw(),
+            wrap_shift: 64 - format.width(),
+        }
+    }
+
+    /// `x · 2^−shift` rounded to an integer; a shift ≤ 0 is exact. |x| < 2^62, shift ≤ 62, and
+    /// a left shift must fit.
+    #[inline(always)]
+    #[must_use]
+    pub fn round(&self, x: i64, shift: i64) -> i64 {
+        if shift <= 0 {
+            return x << -shift;
+        }
+        let half = 1i64 << (shift - 1);
+        let sign = x >> 63;
+        let odd = -((x >> shift) & 1);
+        let c0 = (half & self.half) + self.minus;
+        let c1 = ((half + (half - 1)) & self.sign_full) + self.sign_one;
+        (x + c0 + (sign & c1) + (odd & self.odd)) >> shift
+    }
+
+    /// The register's code for an integer that counts LSBs, and whether it left the range.
+    #[inline(always)]
+    #[must_use]
+    pub fn limit(&self, y: i64) -> (i64, bool) {
+        let over = (y > self.max) | (y < self.min);
+        let code = match self.format.overflow {
+            Overflow::Saturate | Overflow::SaturateSymmetric => y.clamp(self.min, self.max),
+            Overflow::Zero => {
+                if over {
+                    0
+                } else {
+                    y
+                }
+            }
+            Overflow::Wrap if self.format.signed => y << self.wrap_shift >> self.wrap_shift,
+            Overflow::Wrap => y & self.max,
+        };
+        (code, over)
+    }
+
+    /// Writes `x · 2^−frac_in` to the register: code and whether it left the range.
+    #[inline(always)]
+    #[must_use]
+    pub fn write(&self, x: i64) -> (i64, bool) {
+        self.write_shifted(x, self.frac_in - i64::from(self.format.frac))
+    }
+
+    /// Writes `x` with the given right shift. A shift that would lose everything is the sign or 0;
+    /// a left shift that would leave 63 bits leaves the range.
+    #[inline(always)]
+    #[must_use]
+    pub fn write_shifted(&self, x: i64, shift: i64) -> (i64, bool) {
+        if shift < 0 {
+            let room = i64::from(x.unsigned_abs().leading_zeros()) - 1;
+            if x != 0 && -shift > room {
+                let far = if x < 0 { self.min } else { self.max };
+                return match self.format.overflow {
+                    Overflow::Saturate | Overflow::SaturateSymmetric => (far, true),
+                    // All kept bits are shifted-in zeros only beyond 63; the low bits otherwise.
+                    Overflow::Wrap => {
+                        let y = if -shift > 63 { 0 } else { x << -shift };
+                        (self.limit(y).0, true)
+                    }
+                    Overflow::Zero => (0, true),
+                };
+            }
+            return self.limit(if x == 0 { 0 } else { x << -shift });
+        }
+        self.limit(self.round(x, shift.min(62)))
+    }
+}

@@ -1,0 +1,192 @@
+//! The registers of the unit and the events of its stages, each defined once.
+
+use crate::fx::Format;
+
+/// What kind of number a register holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Fixed point: `int`, `frac`, `rounding`, `overflow` apply.
+    Fixed,
+    /// Mantissas with a shared exponent that fill `int + frac` bits; they never overflow.
+    Block,
+}
+
+/// Static description of a register.
+#[derive(Clone, Copy, Debug)]
+pub struct RegInfo {
+    /// Name of the stage that writes it.
+    pub stage: &'static str,
+    /// Name within the stage.
+    pub name: &'static str,
+    /// Components (per probe where the stage works on probes).
+    pub components: usize,
+    /// Fixed or block.
+    pub kind: Kind,
+    /// Default format.
+    pub format: Format,
+    /// One sentence: what it holds, in which unit.
+    pub meaning: &'static str,
+}
+
+macro_rules! registers {
+    ($($variant:ident: $stage:literal . $name:literal [$components:literal] $kind:ident $sign:ident $int:literal . $frac:literal, $meaning:literal;)+) => {
+        /// A named register of the unit.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u8)]
+        pub enum Reg { $(#[doc = $meaning] $variant),+ }
+
+        impl Reg {
+            /// Every register, in pipeline order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// How many there are.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// Name, shape, default format and meaning.
+            #[must_use]
+            pub const fn info(self) -> RegInfo {
+                match self {
+                    $(Self::$variant => RegInfo {
+                        stage: $stage,
+                        name: $name,
+                        components: $components,
+                        kind: Kind::$kind,
+                        format: Format::$sign($int, $frac),
+                        meaning: $meaning,
+                    }),+
+                }
+            }
+
+            /// Position in [`Reg::ALL`].
+            #[must_use]
+            #[inline(always)]
+            #[expect(clippy::as_conversions, reason = "a u8 discriminant widens without loss")]
+            pub const fn index(self) -> usize {
+                self as usize
+            }
+        }
+    };
+}
+
+registers! {
+    FrameN: "local_frame"."n"[3] Block signed 1 . 22, "interpolated normal, its largest component in [1, 2) times a power of two";
+    FrameH: "local_frame"."h"[3] Block signed 1 . 22, "main direction, normalised like n";
+    FrameCross: "local_frame"."cross"[3] Block signed 1 . 22, "h × n";
+    FrameInvLength: "local_frame"."inv_length"[1] Block signed 1 . 24, "1/|h × n|";
+    FrameLength: "local_frame"."length"[1] Fixed signed 2 . 24, "|n| of the normalised n";
+    FrameScale: "local_frame"."scale"[1] Block signed 1 . 24, "|n|/|h × n|";
+    FrameE1: "local_frame"."e1"[3] Fixed signed 2 . 22, "first tangent vector, as long as n";
+    FrameNCross: "local_frame"."n_cross"[3] Fixed signed 4 . 22, "n × (h × n)";
+    FrameE2: "local_frame"."e2"[3] Fixed signed 2 . 22, "second tangent vector, as long as n";
+    BumpB: "bump"."b"[2] Fixed signed 5 . 22, "bump offsets b1, b2 in units of |n|";
+    BumpN: "bump"."n_mod"[3] Fixed signed 8 . 22, "n + b1 e1 + b2 e2";
+    ReflectV: "reflect"."v"[3] Block signed 1 . 22, "direction to the eye, its largest component in [1, 2) times a power of two";
+    ReflectN: "reflect"."n"[3] Block signed 1 . 22, "normal that reflects: n_mod, or n without a bump";
+    ReflectNdotV: "reflect"."n_dot_v"[1] Fixed signed 4 . 22, "⟨n, v⟩";
+    ReflectNdotN: "reflect"."n_dot_n"[1] Fixed signed 4 . 22, "⟨n, n⟩";
+    ReflectVr: "reflect"."v_r"[3] Block signed 1 . 24, "reflected direction 2n⟨n,v⟩ − v⟨n,n⟩";
+    FaceRotated: "cube_face"."rotated"[3] Block signed 1 . 24, "A·v_r, the direction that is looked up";
+    FaceInvMa: "cube_face"."inv_ma"[1] Block signed 1 . 26, "1/|ma|, ma the major component";
+    FaceU: "cube_face"."u"[1] Fixed signed 1 . 24, "sc/|ma| in [−1, 1]";
+    FaceV: "cube_face"."v"[1] Fixed signed 1 . 24, "tc/|ma| in [−1, 1]";
+    JacDvDx: "jacobian"."dv_dx"[3] Fixed signed 3 . 22, "∂v per pixel in x, shifted with v";
+    JacDvDy: "jacobian"."dv_dy"[3] Fixed signed 3 . 22, "∂v per pixel in y, shifted with v";
+    JacDnDx: "jacobian"."dn_dx"[3] Fixed signed 7 . 22, "∂n per pixel in x, shifted with n";
+    JacDnDy: "jacobian"."dn_dy"[3] Fixed signed 7 . 22, "∂n per pixel in y, shifted with n";
+    JacInvNn: "jacobian"."inv_nn"[1] Fixed signed 1 . 24, "1/⟨n,n⟩ of the interpolated normal";
+    JacNIdotDn: "jacobian"."n_i_dot_dn"[2] Fixed signed 10 . 22, "⟨n,∂n⟩ of the interpolated normal, x and y";
+    JacAlong: "jacobian"."along"[2] Fixed signed 8 . 22, "⟨n,∂n⟩/⟨n,n⟩ of the interpolated normal, x and y";
+    JacDnPerp: "jacobian"."dn_perp"[6] Fixed signed 7 . 22, "∂n⊥ = ∂n − n⟨n,∂n⟩/⟨n,n⟩, x then y";
+    JacPerpDotE: "jacobian"."perp_dot_e"[4] Fixed signed 10 . 22, "⟨∂n⊥,e1⟩, ⟨∂n⊥,e2⟩, x then y (dnmod = frame)";
+    JacTilt: "jacobian"."tilt"[4] Fixed signed 8 . 22, "⟨∂n⊥,e1⟩/⟨n,n⟩ and ⟨∂n⊥,e2⟩/⟨n,n⟩, x then y (dnmod = frame)";
+    JacTurn: "jacobian"."turn"[3] Fixed signed 9 . 20, "⟨n,h⟩/⟨e2,h⟩ and the frame's rate of turn about n, x and y (dnmod = frame)";
+    JacDe: "jacobian"."de"[12] Fixed signed 9 . 22, "∂e1, ∂e2 in x, then in y (dnmod = frame)";
+    JacDnMod: "jacobian"."dn_mod"[6] Fixed signed 7 . 22, "∂n_mod, x then y, shifted with n_mod";
+    JacNdotDv: "jacobian"."n_dot_dv"[2] Fixed signed 6 . 22, "⟨n,∂v⟩, x and y";
+    JacVdotDn: "jacobian"."v_dot_dn"[2] Fixed signed 10 . 22, "⟨v,∂n_mod⟩, x and y";
+    JacNdotDn: "jacobian"."n_dot_dn"[2] Fixed signed 10 . 22, "⟨n_mod,∂n_mod⟩, x and y";
+    JacDvr: "jacobian"."dv_r"[6] Fixed signed 9 . 22, "∂v_r (rotated), x then y";
+    JacNumerator: "jacobian"."numerator"[4] Fixed signed 10 . 21, "|ma|·∂u, |ma|·∂v before the division, row by row";
+    JacD: "jacobian"."d"[4] Fixed signed 8 . 22, "D row by row: ∂u/∂x, ∂u/∂y, ∂v/∂x, ∂v/∂y";
+    RoughD: "roughness"."d"[3] Fixed signed 4 . 22, "d1, d2, d3 of B = [d1 d2; 0 d3] in units of |n|";
+    RoughScaled: "roughness"."d_scaled"[3] Fixed signed 6 . 22, "s·d1, s·d2, s·d3";
+    RoughVdotE: "roughness"."v_dot_e"[2] Fixed signed 5 . 22, "⟨v,e1⟩, ⟨v,e2⟩";
+    RoughNdotE: "roughness"."n_dot_e"[2] Fixed signed 5 . 22, "⟨n_mod,e1⟩, ⟨n_mod,e2⟩";
+    RoughDvr: "roughness"."dv_r"[6] Fixed signed 7 . 22, "J_n e1 then J_n e2 (rotated)";
+    RoughNumerator: "roughness"."numerator"[4] Fixed signed 8 . 21, "|ma|·G A J_n [e1 e2] row by row";
+    RoughE: "roughness"."e"[4] Fixed signed 6 . 22, "G A J_n [e1 e2] row by row";
+    RoughB: "roughness"."b"[4] Fixed signed 8 . 22, "s·B' row by row";
+    CovK: "covariance"."k"[3] Block signed 2 . 28, "a, b, c of K = D Dᵀ + s² B'B'ᵀ with one even exponent";
+    EigenRoot: "eigen"."root"[1] Fixed signed 3 . 28, "√((c−a)² + 4b²), at K's exponent";
+    EigenSq: "eigen"."lambda_sq"[2] Fixed signed 3 . 28, "λ1², λ2², at K's exponent";
+    EigenLambda: "eigen"."lambda"[2] Fixed signed 2 . 28, "λ1, λ2, at half of K's exponent";
+    EigenAxis: "eigen"."axis"[2] Fixed signed 1 . 20, "unit vector of the major axis, first component > 0 or (0, 1)";
+    FootLength: "footprint"."length"[1] Fixed signed 19 . 12, "M = λ1·N/2 in texels of level 0";
+    FootWidth: "footprint"."width"[1] Fixed signed 19 . 12, "m, the probe width in texels of level 0";
+    FootLod: "footprint"."lod"[1] Fixed signed 8 . 8, "log2 m clamped to the mip chain";
+    FootLine: "footprint"."line"[2] Fixed signed 9 . 22, "the probe line from end to end in u, v";
+    FootStep: "footprint"."step"[2] Fixed signed 8 . 24, "half the spacing of the probes in u, v";
+    AddrU: "address"."u"[1] Fixed signed 9 . 24, "u of a probe on the plane of the fragment's face";
+    AddrV: "address"."v"[1] Fixed signed 9 . 24, "v of a probe on the plane of the fragment's face";
+    AddrS: "address"."s"[4] Fixed signed 16 . 8, "texel coordinates (s, t) of a probe in its two levels";
+    FilterBilinear: "filter"."bilinear"[6] Fixed unsigned 17 . 40, "bilinear sums of a probe: RGB of its two levels";
+    FilterColor: "filter"."color"[3] Fixed unsigned 17 . 24, "filtered RGB";
+}
+
+impl Reg {
+    /// The register of that stage and name, if there is one.
+    #[must_use]
+    pub fn find(stage: &str, name: &str) -> Option<Self> {
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|reg| reg.info().stage == stage && reg.info().name == name)
+    }
+}
+
+/// Something that a stage reports beside its registers' overflows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Event {
+    /// h ∥ n (or h = 0): any orthogonal pair was taken.
+    FrameParallel,
+    /// v_r = 0: +z, u = v = 0, D = 0 were taken.
+    FaceZero,
+    /// A component of the input was infinite or not a number: the largest finite number, or 0, was taken.
+    InputNotFinite,
+    /// A probe left the fragment's face and was looked up on another one.
+    AddressOtherFace,
+}
+
+impl Event {
+    /// Every event.
+    pub const ALL: &'static [Self] = &[
+        Self::FrameParallel,
+        Self::FaceZero,
+        Self::InputNotFinite,
+        Self::AddressOtherFace,
+    ];
+    /// How many there are.
+    pub const COUNT: usize = Self::ALL.len();
+
+    /// `<stage>.<event>`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FrameParallel => "local_frame.parallel",
+            Self::FaceZero => "cube_face.zero",
+            Self::InputNotFinite => "reflect.input_not_finite",
+            Self::AddressOtherFace => "address.other_face",
+        }
+    }
+
+    /// Position in [`Event::ALL`].
+    #[must_use]
+    #[inline(always)]
+    #[expect(
+        clippy::as_conversions,
+        reason = "a u8 discriminant widens without loss"
+    )]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}

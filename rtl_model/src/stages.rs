@@ -1,0 +1,263 @@
+//! The stages of the unit, in pipeline order: one function each, over blocks of up to `N` lanes.
+//!
+//! A stage is written once. Batches run it with [`crate::NoTap`]; a trace runs it with one lane and
+//! a recording tap. Inside a lane every vector lives in a nominal scale, in which the largest
+//! component of n and of v lies in [1, 2); the powers of two that were taken out travel beside it
+//! and come back only where a tap listens.
+
+pub mod address;
+pub mod bump;
+pub mod covariance;
+pub mod cube_face;
+pub mod eigen;
+pub mod filter;
+pub mod footprint;
+pub mod jacobian;
+pub mod local_frame;
+pub mod reflect;
+pub mod roughness;
+
+use alloc::format;
+
+use crate::config::{Config, ConfigError, LIMIT_BITS};
+use crate::fx::{Block, Flags, Quantizer, block};
+use crate::regs::Reg;
+use crate::tables::{AngleRom, Function, Rom};
+use crate::tap::Tap;
+
+/// Lanes of up to `N` fragments, one array a component.
+pub type Lanes<const N: usize, const C: usize> = [[i64; N]; C];
+
+/// The tables that stages share.
+#[derive(Clone, Debug)]
+pub struct Roms {
+    /// 1/x.
+    pub recip: Rom,
+    /// 1/√x.
+    pub rsqrt: Rom,
+    /// √x.
+    pub sqrt: Rom,
+    /// log2 x.
+    pub log2: Rom,
+    /// The eigen angle.
+    pub angle: AngleRom,
+}
+
+impl Roms {
+    /// Builds the tables of a configuration.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let tables = &config.tables;
+        for (name, spec, max_order, max_newton) in [
+            ("recip", tables.recip, 2, 3),
+            ("rsqrt", tables.rsqrt, 2, 3),
+            ("sqrt", tables.sqrt, 2, 3),
+            ("log2", tables.log2, 2, 0),
+        ] {
+            check(
+                name,
+                "entries",
+                spec.entries,
+                "a power of two from 2 to 4096",
+                |n| n.is_power_of_two() && (2..=4096).contains(&n),
+            )?;
+            check(name, "order", spec.order, "0, 1 or 2", |n| n <= max_order)?;
+            check(name, "frac", spec.frac, "2 to 28 bits", |n| {
+                (2..=28).contains(&n)
+            })?;
+            let expected = if max_newton == 0 { "0" } else { "0 to 3 steps" };
+            check(name, "newton", spec.newton, expected, |n| n <= max_newton)?;
+        }
+        let eigen = tables.eigen;
+        check(
+            "eigen",
+            "entries",
+            eigen.entries,
+            "an even number from 2 to 1024",
+            |n| n % 2 == 0 && (2..=1024).contains(&n),
+        )?;
+        check("eigen", "order", eigen.order, "0 or 1", |n| n <= 1)?;
+        check("eigen", "frac", eigen.frac, "4 to 28 bits", |n| {
+            (4..=28).contains(&n)
+        })?;
+        check("eigen", "newton", eigen.newton, "0", |n| n == 0)?;
+        let rom = |name: &str, function, spec| {
+            Rom::new(function, spec).ok_or_else(|| ConfigError {
+                path: format!("tables.{name}.frac"),
+                expected: "a width at which every entry rounds correctly".into(),
+                found: "an entry too near to a tie".into(),
+            })
+        };
+        Ok(Self {
+            recip: rom("recip", Function::Recip, tables.recip)?,
+            rsqrt: rom("rsqrt", Function::Rsqrt, tables.rsqrt)?,
+            sqrt: rom("sqrt", Function::Sqrt, tables.sqrt)?,
+            log2: rom("log2", Function::Log2, tables.log2)?,
+            angle: AngleRom::new(eigen, config.placement).ok_or_else(|| ConfigError {
+                path: "tables.eigen.frac".into(),
+                expected: "a width at which every entry rounds correctly".into(),
+                found: "an entry too near to a tie".into(),
+            })?,
+        })
+    }
+}
+
+fn check(
+    table: &str,
+    knob: &str,
+    value: u32,
+    expected: &str,
+    legal: impl Fn(u32) -> bool,
+) -> Result<(), ConfigError> {
+    if legal(value) {
+        return Ok(());
+    }
+    Err(ConfigError {
+        path: format!("tables.{table}.{knob}"),
+        expected: expected.into(),
+        found: format!("{value}"),
+    })
+}
+
+/// Refuses an exact sum that needs more magnitude bits than the model's integers have.
+pub(crate) fn fits(reg: Reg, bits: u32) -> Result<(), ConfigError> {
+    if bits <= LIMIT_BITS {
+        return Ok(());
+    }
+    let info = reg.info();
+    Err(ConfigError {
+        path: format!("registers.{}.{}", info.stage, info.name),
+        expected: format!("exact input of at most {LIMIT_BITS} bits"),
+        found: format!("{bits} bits"),
+    })
+}
+
+/// Where one lane's register writes go: its sticky flags and the tap.
+#[derive(Debug)]
+pub struct Sink<'a, T> {
+    /// The lane.
+    pub lane: usize,
+    /// Its flags.
+    pub flags: &'a mut Flags,
+    /// Who listens.
+    pub tap: &'a mut T,
+}
+
+impl<T: Tap> Sink<'_, T> {
+    /// Writes `x` (with the quantizer's own input fraction) to a fixed register whose nominal scale
+    /// is 2^`exponent` in true units.
+    #[inline(always)]
+    pub(crate) fn write(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        c: usize,
+        x: i64,
+        exponent: i64,
+    ) -> i64 {
+        self.finish(q, reg, c, q.write(x), exponent)
+    }
+
+    /// Writes `x` with a right shift that differs from fragment to fragment.
+    #[inline(always)]
+    pub(crate) fn shift(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        c: usize,
+        x: i64,
+        shift: i64,
+        exponent: i64,
+    ) -> i64 {
+        self.finish(q, reg, c, q.write_shifted(x, shift), exponent)
+    }
+
+    #[inline(always)]
+    fn finish(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        c: usize,
+        (code, over): (i64, bool),
+        exponent: i64,
+    ) -> i64 {
+        self.flags.register(reg, over);
+        self.tap
+            .put(self.lane, reg, c, code, i64::from(q.format.frac) - exponent);
+        code
+    }
+
+    /// Normalises into a block register.
+    #[inline(always)]
+    pub(crate) fn block<const C: usize>(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        x: &[i64; C],
+        frac: i64,
+        exponent: i64,
+    ) -> Block<C> {
+        let out = block::normalize(q, x, frac);
+        for (c, m) in out.m.iter().enumerate() {
+            self.tap.put(self.lane, reg, c, *m, out.frac - exponent);
+        }
+        out
+    }
+}
+
+/// ⟨a, b⟩.
+#[inline(always)]
+pub(crate) fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a × b.
+#[inline(always)]
+pub(crate) fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Lane `i` of a vector of lanes.
+#[inline(always)]
+pub(crate) fn take<const N: usize, const C: usize>(lanes: &Lanes<N, C>, i: usize) -> [i64; C] {
+    let mut out = [0; C];
+    for (o, lane) in out.iter_mut().zip(lanes) {
+        *o = lane[i];
+    }
+    out
+}
+
+/// Stores a vector into lane `i`.
+#[inline(always)]
+pub(crate) fn store<const N: usize, const C: usize>(
+    lanes: &mut Lanes<N, C>,
+    i: usize,
+    x: [i64; C],
+) {
+    for (lane, value) in lanes.iter_mut().zip(x) {
+        lane[i] = value;
+    }
+}
+
+/// Fraction bits as a signed number.
+pub(crate) fn frac(config: &Config, reg: Reg) -> i64 {
+    i64::from(config.format(reg).frac)
+}
+
+/// Fraction bits of a block register's mantissas in the nominal scale: the largest in [1, 2).
+pub(crate) fn block_frac(config: &Config, reg: Reg) -> i64 {
+    i64::from(config.format(reg).magnitude_bits()) - 1
+}
+
+/// Magnitude bits of a register.
+pub(crate) fn bits(config: &Config, reg: Reg) -> u32 {
+    config.format(reg).magnitude_bits()
+}
+
+/// Integer bits of a register.
+pub(crate) fn int(config: &Config, reg: Reg) -> u32 {
+    config.format(reg).int
+}

@@ -1,0 +1,201 @@
+//! `address`: where a probe lies and which texels it takes, level by level.
+//!
+//! A probe that leaves its face is looked up again from the direction (1, u, v). Texels come with a
+//! border of one (edge texels from the neighbours, corners the mean of the other three), so that a
+//! bilinear footprint is always two rows of two texels.
+
+use super::cube_face::{components, direction, select};
+use super::{Roms, Sink, bits, fits, frac};
+use crate::config::{Config, ConfigError};
+use crate::fx::{Flags, Quantizer};
+use crate::regs::{Event, Reg};
+use crate::tables::rom::mantissa;
+use crate::tap::Tap;
+
+const P: i64 = 30;
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    u: Quantizer,
+    v: Quantizer,
+    center_lift: [i64; 2],
+    s: [Quantizer; 2],
+    weight_shift: i64,
+    weight_bits: i64,
+}
+
+/// The probe line of one fragment.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// Face of the fragment.
+    pub face: usize,
+    /// (u, v) with the registers' fraction bits.
+    pub center: [i64; 2],
+    /// Half the spacing of the probes.
+    pub step: [i64; 2],
+    /// Fraction bits of `step`.
+    pub step_frac: i64,
+    /// Probes.
+    pub count: i64,
+}
+
+/// A probe on its final face.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Probe {
+    /// Face that the probe lies on.
+    pub face: usize,
+    /// (u, v) there, with the registers' fraction bits.
+    pub uv: [i64; 2],
+}
+
+/// Texels of a probe in one level: the first of two rows of two, and the weights of the second ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Taps {
+    /// Column and row of the first texel, −1…N − 1, counted in the bordered face (+1).
+    pub corner: [usize; 2],
+    /// Weight of the right column and of the lower row, 0…2^weight_bits.
+    pub weight: [i64; 2],
+}
+
+impl Cfg {
+    /// Compiles and checks the stage.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let f = |reg| frac(config, reg);
+        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let uv = [f(Reg::FaceU), f(Reg::FaceV)];
+        let common = [uv[0].max(f(Reg::FootStep)), uv[1].max(f(Reg::FootStep))];
+        for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
+            let lift = u32::try_from(common[i] - f(Reg::FootStep)).unwrap_or(u32::MAX);
+            fits(reg, bits(config, Reg::FootStep) + lift + 8)?;
+            if bits(config, reg) > 44 {
+                fits(reg, 63)?;
+            }
+            fits(Reg::AddrS, config.format(reg).frac + 18)?;
+        }
+        if !(1..=8).contains(&config.weight_bits) {
+            return Err(ConfigError {
+                path: "filter.weight_bits".into(),
+                expected: "1 to 8 bits: the bilinear sums hold 16 bits of weight".into(),
+                found: alloc::format!("{}", config.weight_bits),
+            });
+        }
+        Ok(Self {
+            u: q(Reg::AddrU, common[0]),
+            v: q(Reg::AddrV, common[1]),
+            center_lift: [common[0] - uv[0], common[1] - uv[1]],
+            s: [
+                q(Reg::AddrS, f(Reg::AddrU) + 1),
+                q(Reg::AddrS, f(Reg::AddrV) + 1),
+            ],
+            weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
+            weight_bits: i64::from(config.weight_bits),
+        })
+    }
+
+    #[inline(always)]
+    fn step_lift(&self, i: usize, step_frac: i64) -> i64 {
+        [&self.u, &self.v][i].frac_in - step_frac
+    }
+
+    /// Texel coordinates, corner and weights of a probe in a level of `size` texels.
+    #[inline(always)]
+    #[must_use]
+    pub fn taps<T: Tap>(
+        &self,
+        probe: &Probe,
+        size: i64,
+        component: usize,
+        sink: &mut Sink<'_, T>,
+    ) -> Taps {
+        let mut out = Taps::default();
+        for i in 0..2 {
+            let q = &self.s[i];
+            let f = q.frac_in - 1;
+            let one = 1i64 << f;
+            // (u + 1)/2·N − ½ with f + 1 fraction bits.
+            let (code, over) = q.write((probe.uv[i] + one) * size - one);
+            sink.flags.register(Reg::AddrS, over);
+            let sub = i64::from(q.format.frac);
+            sink.tap
+                .put(sink.lane, Reg::AddrS, component + i, code, sub);
+            let whole = code >> sub;
+            let part = code - (whole << sub);
+            let weight = if self.weight_shift > 0 {
+                (part + (1 << (self.weight_shift - 1))) >> self.weight_shift
+            } else {
+                part << -self.weight_shift
+            };
+            let clamped = whole.clamp(-1, size - 1);
+            out.corner[i] = usize::try_from(clamped + 1).unwrap_or(0);
+            // Only a register too short for the face brings a coordinate outside of it.
+            out.weight[i] = match whole.cmp(&clamped) {
+                core::cmp::Ordering::Less => 0,
+                core::cmp::Ordering::Equal => weight,
+                core::cmp::Ordering::Greater => 1 << self.weight_bits,
+            };
+        }
+        out
+    }
+}
+
+/// The stage for probe `k` of a fragment.
+#[inline(always)]
+pub fn address<T: Tap>(
+    cfg: &Cfg,
+    roms: &Roms,
+    input: &In,
+    k: i64,
+    sink: &mut Sink<'_, T>,
+) -> Probe {
+    let index = usize::try_from(k).unwrap_or(0);
+    let along = 2 * k + 1 - input.count;
+    let mut uv = [0; 2];
+    let mut outside = false;
+    for (i, (q, reg)) in [(&cfg.u, Reg::AddrU), (&cfg.v, Reg::AddrV)]
+        .into_iter()
+        .enumerate()
+    {
+        let sum = (input.center[i] << cfg.center_lift[i])
+            + ((along * input.step[i]) << cfg.step_lift(i, input.step_frac));
+        uv[i] = sink.write(q, reg, index, sum, 0);
+        outside |= uv[i].abs() > 1 << q.format.frac;
+    }
+    if outside {
+        other_face(cfg, roms, input.face, uv, sink.flags)
+    } else {
+        Probe {
+            face: input.face,
+            uv,
+        }
+    }
+}
+
+/// Face and coordinates of the direction (1, u, v) of a probe outside its face.
+#[inline(never)]
+fn other_face(cfg: &Cfg, roms: &Roms, face: usize, uv: [i64; 2], flags: &mut Flags) -> Probe {
+    flags.event(Event::AddressOtherFace, true);
+    let [fu, fv] = [&cfg.u, &cfg.v].map(|q| i64::from(q.format.frac));
+    let common = fu.max(fv);
+    let d = direction(
+        face,
+        [uv[0] << (common - fu), uv[1] << (common - fv), 1 << common],
+    );
+    let face = select(d);
+    let [sc, tc, ma] = components(face, d);
+    let (m, e) = mantissa(ma.max(1));
+    let y = roms.recip.recip(m);
+    let mut out = [0; 2];
+    for (i, (q, c)) in [(&cfg.u, sc), (&cfg.v, tc)].into_iter().enumerate() {
+        let one = 1i64 << q.format.frac;
+        // c/ma at 30 bits: c·2^(30 − e), then times y.
+        let c = if e > P { c >> (e - P) } else { c << (P - e) };
+        let (code, over) = q.write_shifted(c * y, 2 * P - i64::from(q.format.frac));
+        flags.register(
+            if i == 0 { Reg::AddrU } else { Reg::AddrV },
+            over && code.abs() < one,
+        );
+        out[i] = code.clamp(-one, one);
+    }
+    Probe { face, uv: out }
+}

@@ -1,0 +1,92 @@
+//! `bump`: n_mod = n + b1 e1 + b2 e2 (Schilling, before eq. 4).
+
+use super::{Lanes, Sink, block_frac, fits, frac, int, store, take};
+use crate::config::{Config, ConfigError};
+use crate::fx::{Flags, Quantizer};
+use crate::regs::Reg;
+use crate::tap::Tap;
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    /// Port of b.
+    pub b: Quantizer,
+    n_mod: Quantizer,
+    lift_n: i64,
+    lift: [i64; 2],
+}
+
+/// n and its tangent vectors in one nominal scale, offsets in units of |n|.
+#[derive(Clone, Copy, Debug)]
+pub struct In<'a, const N: usize> {
+    /// Mantissas of the interpolated normal.
+    pub n: &'a Lanes<N, 3>,
+    /// Its power of two.
+    pub n_exp: &'a [i64; N],
+    /// First tangent vector.
+    pub e1: &'a Lanes<N, 3>,
+    /// Second tangent vector.
+    pub e2: &'a Lanes<N, 3>,
+    /// Offsets b1, b2.
+    pub b: &'a Lanes<N, 2>,
+}
+
+/// The modified normal in n's nominal scale.
+#[derive(Clone, Debug)]
+pub struct Out<const N: usize> {
+    /// n_mod.
+    pub n_mod: Lanes<N, 3>,
+}
+
+impl<const N: usize> Default for Out<N> {
+    fn default() -> Self {
+        Self { n_mod: [[0; N]; 3] }
+    }
+}
+
+impl Cfg {
+    /// Compiles and checks the stage.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let b = frac(config, Reg::BumpB);
+        let n = block_frac(config, Reg::FrameN);
+        let e = [Reg::FrameE1, Reg::FrameE2].map(|reg| frac(config, reg));
+        let common = n.max(b + e[0]).max(b + e[1]);
+        let whole =
+            int(config, Reg::BumpB) + int(config, Reg::FrameE1).max(int(config, Reg::FrameE2));
+        fits(
+            Reg::BumpN,
+            u32::try_from(common).unwrap_or(u32::MAX) + whole.max(1) + 2,
+        )?;
+        Ok(Self {
+            b: Quantizer::new(config.format(Reg::BumpB), 0),
+            n_mod: Quantizer::new(config.format(Reg::BumpN), common),
+            lift_n: common - n,
+            lift: e.map(|e| common - b - e),
+        })
+    }
+}
+
+/// The stage.
+#[inline(always)]
+pub fn bump<const N: usize, T: Tap>(
+    cfg: &Cfg,
+    input: In<'_, N>,
+    out: &mut Out<N>,
+    flags: &mut [Flags],
+    tap: &mut T,
+) {
+    for (lane, flags) in flags.iter_mut().enumerate() {
+        let mut sink = Sink { lane, flags, tap };
+        let n = take(input.n, lane);
+        let [e1, e2] = [take(input.e1, lane), take(input.e2, lane)];
+        let [b1, b2] = take(input.b, lane);
+        let mut n_mod = [0; 3];
+        for (i, o) in n_mod.iter_mut().enumerate() {
+            let sum = (n[i] << cfg.lift_n)
+                + ((b1 * e1[i]) << cfg.lift[0])
+                + ((b2 * e2[i]) << cfg.lift[1]);
+            *o = sink.write(&cfg.n_mod, Reg::BumpN, i, sum, input.n_exp[lane]);
+        }
+        store(&mut out.n_mod, lane, n_mod);
+    }
+}

@@ -1,0 +1,149 @@
+//! `covariance`: K = D Dᵀ + (sB')(sB')ᵀ = (a, b; b, c) with one shared, even exponent.
+//!
+//! (Schilling, eq. 3 with the order corrected, 12 and 13.) The shift is common to a, b and c, never a
+//! saturation of one of them: that would turn the axis.
+
+use super::{Lanes, bits, fits, frac, int, store, take};
+use crate::config::{Config, ConfigError};
+use crate::fx::{Flags, Quantizer, block};
+use crate::policy::Axis;
+use crate::regs::Reg;
+use crate::tap::Tap;
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    k: Quantizer,
+    exact_frac: i64,
+    lift: [i64; 2],
+    /// Fraction bits of K's nominal scale; the shared exponent is even against it.
+    parity: i64,
+    longest: bool,
+}
+
+/// D and, with roughness, s·B'.
+#[derive(Clone, Copy, Debug)]
+pub struct In<'a, const N: usize> {
+    /// D row by row.
+    pub d: &'a Lanes<N, 4>,
+    /// s·B' row by row; `None` without roughness.
+    pub b: Option<&'a Lanes<N, 4>>,
+}
+
+/// K.
+#[derive(Clone, Debug)]
+pub struct Out<const N: usize> {
+    /// Mantissas of a, b, c.
+    pub k: Lanes<N, 3>,
+    /// Their fraction bits.
+    pub frac: [i64; N],
+    /// The longest column of [D s·B'], for `footprint.axis = "longer-derivative"`.
+    pub longest: Lanes<N, 2>,
+    /// Its squared length at K's exponent.
+    pub longest_sq: [i64; N],
+}
+
+impl<const N: usize> Default for Out<N> {
+    fn default() -> Self {
+        Self {
+            k: [[0; N]; 3],
+            frac: [0; N],
+            longest: [[0; N]; 2],
+            longest_sq: [0; N],
+        }
+    }
+}
+
+impl Cfg {
+    /// Compiles and checks the stage.
+    pub fn new(config: &Config, rough: bool) -> Result<Self, ConfigError> {
+        let d = frac(config, Reg::JacD);
+        let b = if rough { frac(config, Reg::RoughB) } else { d };
+        let common = d.max(b);
+        let whole = if rough {
+            int(config, Reg::JacD).max(int(config, Reg::RoughB))
+        } else {
+            int(config, Reg::JacD)
+        };
+        let sum = if rough { 2 } else { 1 };
+        fits(
+            Reg::CovK,
+            u32::try_from(2 * common).unwrap_or(u32::MAX) + 2 * whole + sum,
+        )?;
+        // (c − a)² + 4b² of mantissas < 2^w needs 2w + 3 bits at most.
+        fits(Reg::EigenRoot, 2 * bits(config, Reg::CovK) + 2)?;
+        if bits(config, Reg::CovK) < 4 {
+            return Err(ConfigError {
+                path: "registers.covariance.k".into(),
+                expected: "a mantissa of at least 4 bits".into(),
+                found: alloc::format!("{} bits", bits(config, Reg::CovK)),
+            });
+        }
+        Ok(Self {
+            k: Quantizer::new(config.format(Reg::CovK), 0),
+            exact_frac: 2 * common,
+            lift: [2 * (common - d), 2 * (common - b)],
+            parity: frac(config, Reg::CovK) & 1,
+            longest: config.axis == Axis::LongerDerivative,
+        })
+    }
+}
+
+/// The stage.
+#[inline(always)]
+pub fn covariance<const N: usize, T: Tap>(
+    cfg: &Cfg,
+    input: In<'_, N>,
+    out: &mut Out<N>,
+    flags: &mut [Flags],
+    tap: &mut T,
+) {
+    let width = i64::from(cfg.k.format.magnitude_bits());
+    for lane in 0..flags.len() {
+        let [ux, uy, vx, vy] = take(input.d, lane);
+        let mut a = (ux * ux + uy * uy) << cfg.lift[0];
+        let mut b = (ux * vx + uy * vy) << cfg.lift[0];
+        let mut c = (vx * vx + vy * vy) << cfg.lift[0];
+        if let Some(rough) = input.b {
+            let [b11, b12, b21, b22] = take(rough, lane);
+            a += (b11 * b11 + b12 * b12) << cfg.lift[1];
+            b += (b11 * b21 + b12 * b22) << cfg.lift[1];
+            c += (b21 * b21 + b22 * b22) << cfg.lift[1];
+        }
+        let top = block::top_bit(&[a, c]);
+        let shift = if top < 0 { 0 } else { top + 1 - width };
+        // An even exponent against the nominal scale: K's root has a whole one.
+        let shift = shift + ((cfg.exact_frac - shift + cfg.parity) & 1);
+        let k = block::shifted(&cfg.k, &[a, b, c], cfg.exact_frac, shift);
+        for (i, m) in k.m.iter().enumerate() {
+            tap.put(lane, Reg::CovK, i, *m, k.frac);
+        }
+        store(&mut out.k, lane, k.m);
+        out.frac[lane] = k.frac;
+        if cfg.longest {
+            let (column, sq) = longest(cfg, input, lane);
+            store(&mut out.longest, lane, column);
+            out.longest_sq[lane] = cfg.k.round(sq, shift).clamp(0, cfg.k.format.max_raw());
+        }
+    }
+}
+
+/// The longest column of [D s·B'] and its squared length; the first on ties.
+#[inline(always)]
+fn longest<const N: usize>(cfg: &Cfg, input: In<'_, N>, lane: usize) -> ([i64; 2], i64) {
+    let [ux, uy, vx, vy] = take(input.d, lane);
+    let [b11, b12, b21, b22] = input.b.map_or([0; 4], |b| take(b, lane));
+    let mut best = ([0; 2], -1);
+    for (column, lift) in [
+        ([ux, vx], cfg.lift[0]),
+        ([uy, vy], cfg.lift[0]),
+        ([b11, b21], cfg.lift[1]),
+        ([b12, b22], cfg.lift[1]),
+    ] {
+        let sq = (column[0] * column[0] + column[1] * column[1]) << lift;
+        if sq > best.1 {
+            best = (column, sq);
+        }
+    }
+    best
+}

@@ -1,0 +1,355 @@
+//! `filter`: trilinear probes summed with integer weights, one rounding at the output register.
+//!
+//! The LOD weight is common to all probes, so each level's bilinear sums are added up separately
+//! (41 + 16 bits and log2 max_probes more: exact in 64), the two levels are combined and the sum is
+//! divided by the count once. A constant texture stays constant.
+
+pub mod rows;
+pub mod weights;
+
+use alloc::vec::Vec;
+
+use super::address::{self, Taps};
+use super::{Roms, Sink, bits, fits, frac, int};
+use crate::config::{Config, ConfigError};
+use crate::fx::{Flags, Quantizer};
+use crate::policy::Weights;
+use crate::regs::Reg;
+use crate::tap::Tap;
+use crate::texture::{Level, Texels, Texture};
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    weight_bits: i64,
+    lod_shift: i64,
+    lod_frac: i64,
+    lod_bits: i64,
+    /// `None` where the register holds every bilinear sum as it is.
+    bilinear: Option<Quantizer>,
+    sum_frac: i64,
+    color: Quantizer,
+    color_shift: i64,
+    /// Integer probe weights by count; empty for box weights.
+    weights: Vec<Vec<i64>>,
+    probe_weight_bits: i64,
+    /// ⌈2^64/count⌉ by count: exact quotients for dividends below 2^56.
+    inv_count: Vec<u64>,
+}
+
+/// What one fragment asks of the texture.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// The probe line.
+    pub line: address::In,
+    /// Level of detail with the register's fraction bits.
+    pub lod: i64,
+}
+
+/// Filtered colour and what it took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Out {
+    /// RGB with the register's fraction bits.
+    pub color: [i64; 3],
+    /// Texels read.
+    pub texels: u64,
+}
+
+/// Sums of one level: RGB and an unused channel.
+pub type Sums = [i64; 4];
+
+impl Cfg {
+    /// Compiles and checks the stage.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let weight_bits = i64::from(config.weight_bits);
+        let exact_frac = i64::from(config.texel_frac) + 2 * weight_bits;
+        let register = config.format(Reg::FilterBilinear);
+        let narrowed = i64::from(register.frac) < exact_frac || register.int < config.texel_int;
+        let sum_frac = if narrowed {
+            i64::from(register.frac)
+        } else {
+            exact_frac
+        };
+        let whole = if narrowed {
+            register.int
+        } else {
+            config.texel_int
+        };
+        let sum_bits = whole + u32::try_from(sum_frac).unwrap_or(u32::MAX);
+        let most = config.max_probes.next_power_of_two().ilog2();
+        if config.weights == Weights::Box {
+            fits(Reg::FilterBilinear, sum_bits + most)?;
+        } else {
+            fits(Reg::FilterBilinear, sum_bits)?;
+        }
+        for (path, value, most) in [
+            ("filter.lod_bits", config.lod_bits, 8),
+            ("footprint.weight_bits", config.probe_weight_bits, 12),
+        ] {
+            if !(1..=most).contains(&value) {
+                return Err(ConfigError {
+                    path: path.into(),
+                    expected: alloc::format!("1 to {most} bits"),
+                    found: alloc::format!("{value}"),
+                });
+            }
+        }
+        let color = config.format(Reg::FilterColor);
+        if bits(config, Reg::FilterColor) > 48 || int(config, Reg::FootLod) > 16 {
+            fits(Reg::FilterColor, 63)?;
+        }
+        // The quotient's exact reciprocal holds for dividends below 2^56.
+        fits(Reg::FilterColor, color.frac + whole + most + 1 + 6)?;
+        let weights = match config.weights {
+            Weights::Box => Vec::new(),
+            Weights::Gaussian => weights::rom(config.max_probes, config.probe_weight_bits),
+        };
+        let lod_frac = frac(config, Reg::FootLod);
+        let lod_bits = i64::from(config.lod_bits);
+        let scale = if config.weights == Weights::Box {
+            0
+        } else {
+            i64::from(config.probe_weight_bits)
+        };
+        Ok(Self {
+            weight_bits,
+            lod_shift: lod_frac - lod_bits,
+            lod_frac,
+            lod_bits,
+            bilinear: narrowed.then(|| Quantizer::new(register, exact_frac)),
+            sum_frac,
+            color: Quantizer::new(color, 0),
+            color_shift: sum_frac + lod_bits + scale - i64::from(color.frac),
+            weights,
+            probe_weight_bits: scale,
+            inv_count: (0..=u64::from(config.max_probes))
+                .map(|c| if c <= 1 { u64::MAX } else { u64::MAX / c + 1 })
+                .collect(),
+        })
+    }
+
+    /// Level and weight of the next level (0…2^lod_bits) of a LOD code.
+    #[inline(always)]
+    #[must_use]
+    pub fn level(&self, lod: i64, last: usize) -> (usize, i64) {
+        let whole = lod >> self.lod_frac;
+        let part = lod - (whole << self.lod_frac);
+        let weight = if self.lod_shift > 0 {
+            (part + (1 << (self.lod_shift - 1))) >> self.lod_shift
+        } else {
+            part << -self.lod_shift
+        };
+        let level = usize::try_from(whole).unwrap_or(0);
+        if level >= last {
+            (last, 0)
+        } else {
+            (level, weight)
+        }
+    }
+
+    /// Combines two levels, divides by the number of probes (or 2^bits) and writes the output.
+    #[inline(always)]
+    fn finish(
+        &self,
+        sums: &[Accumulator; 2],
+        lod_weight: i64,
+        count: i64,
+        flags: &mut Flags,
+    ) -> [i64; 3] {
+        let box_weights = self.weights.is_empty();
+        let divisor = if box_weights { count } else { 1 };
+        let inv = self
+            .inv_count
+            .get(usize::try_from(divisor).unwrap_or(0))
+            .copied()
+            .unwrap_or(u64::MAX);
+        let mut out = [0; 3];
+        for (c, o) in out.iter_mut().enumerate() {
+            let [a, b] = [&sums[0], &sums[1]].map(|s| s.total(c));
+            let sum = (a << self.lod_bits) + (b - a) * i128::from(lod_weight);
+            // One guard bit below the register's LSB, then a sticky one.
+            let (quotient, sticky) = self.divide(sum, divisor, inv);
+            let (code, over) = self
+                .color
+                .write_shifted((quotient << 1) | i64::from(sticky), 2);
+            flags.register(Reg::FilterColor, over);
+            *o = code;
+        }
+        out
+    }
+
+    /// ⌊2·sum/(divisor·2^color_shift)⌋ and whether a remainder is left. Sum < 2^80, not negative.
+    #[inline(always)]
+    fn divide(&self, sum: i128, divisor: i64, inv: u64) -> (i64, bool) {
+        let down = self.color_shift - 1;
+        if down < 0 {
+            // The register is finer than the sums: the quotient takes the missing bits.
+            let wide = sum << -down;
+            let d = i128::from(divisor);
+            return (narrow(wide / d), wide % d != 0);
+        }
+        let head = sum >> down;
+        let tail = sum - (head << down) != 0;
+        if divisor == 1 {
+            return (narrow(head), tail);
+        }
+        let head = narrow(head).cast_unsigned();
+        let quotient = narrow(((u128::from(head) * u128::from(inv)) >> 64).cast_signed());
+        let rest = head.cast_signed() - quotient * divisor;
+        (quotient, tail || rest != 0)
+    }
+}
+
+#[inline(always)]
+fn narrow(x: i128) -> i64 {
+    i64::try_from(x).unwrap_or(i64::MAX)
+}
+
+/// Sums over the probes of one level, with 32 low bits apart where weights make them too wide.
+#[derive(Clone, Copy, Debug, Default)]
+struct Accumulator {
+    low: Sums,
+    high: Sums,
+}
+
+impl Accumulator {
+    #[inline(always)]
+    fn total(&self, c: usize) -> i128 {
+        i128::from(self.low[c]) + (i128::from(self.high[c]) << 32)
+    }
+}
+
+/// The stage for one fragment, its addresses included.
+#[inline(always)]
+pub fn filter<T: Tap>(
+    cfg: &Cfg,
+    address_cfg: &address::Cfg,
+    roms: &Roms,
+    texture: &Texture,
+    input: &In,
+    sink: &mut Sink<'_, T>,
+) -> Out {
+    match &texture.texels {
+        Texels::Half(t) => probes(
+            cfg,
+            address_cfg,
+            roms,
+            (texture, rows::Half(t)),
+            input,
+            sink,
+        ),
+        Texels::Wide(t) => probes(
+            cfg,
+            address_cfg,
+            roms,
+            (texture, rows::Wide(t)),
+            input,
+            sink,
+        ),
+    }
+}
+
+#[inline(always)]
+fn probes<R: rows::Rows, T: Tap>(
+    cfg: &Cfg,
+    address_cfg: &address::Cfg,
+    roms: &Roms,
+    (texture, rows): (&Texture, R),
+    input: &In,
+    sink: &mut Sink<'_, T>,
+) -> Out {
+    let last = texture.levels.len().saturating_sub(1);
+    let (first, lod_weight) = cfg.level(input.lod, last);
+    let levels = if lod_weight == 0 { 1 } else { 2 };
+    let mut sums = [Accumulator::default(); 2];
+    for k in 0..input.line.count {
+        let probe = address::address(address_cfg, roms, &input.line, k, sink);
+        let index = usize::try_from(k).unwrap_or(0);
+        for (l, into) in sums.iter_mut().enumerate().take(levels) {
+            let level = &texture.levels[first + l];
+            let size = i64::try_from(level.size).unwrap_or(1);
+            let taps = address_cfg.taps(&probe, size, 4 * index + 2 * l, sink);
+            let sum = bilinear(cfg, &rows, level, probe.face, &taps);
+            accumulate(
+                cfg,
+                (input.line.count, k),
+                into,
+                sum,
+                6 * index + 3 * l,
+                sink,
+            );
+        }
+    }
+    let color = cfg.finish(&sums, lod_weight, input.line.count, sink.flags);
+    for (c, code) in color.iter().enumerate() {
+        sink.tap.put(
+            sink.lane,
+            Reg::FilterColor,
+            c,
+            *code,
+            i64::from(cfg.color.format.frac),
+        );
+    }
+    let per_probe = 4 * u64::try_from(levels).unwrap_or(0);
+    Out {
+        color,
+        texels: per_probe * input.line.count.unsigned_abs(),
+    }
+}
+
+/// Exact bilinear sums of one probe in one level: `texel_frac + 2·weight_bits` fraction bits.
+#[inline(always)]
+fn bilinear<R: rows::Rows>(cfg: &Cfg, rows: &R, level: &Level, face: usize, taps: &Taps) -> Sums {
+    let at = level.index(face, taps.corner[0], taps.corner[1]);
+    let one = 1i64 << cfg.weight_bits;
+    let [x, y] = taps.weight;
+    let upper = [(one - x) * (one - y), x * (one - y)];
+    let lower = [(one - x) * y, x * y];
+    rows.sum(at, upper, at + level.stride, lower)
+}
+
+#[inline(always)]
+fn accumulate<T: Tap>(
+    cfg: &Cfg,
+    (count, k): (i64, i64),
+    into: &mut Accumulator,
+    mut sum: Sums,
+    component: usize,
+    sink: &mut Sink<'_, T>,
+) {
+    if let Some(q) = &cfg.bilinear {
+        for s in sum.iter_mut().take(3) {
+            let (code, over) = q.write(*s);
+            sink.flags.register(Reg::FilterBilinear, over);
+            *s = code;
+        }
+    }
+    for (c, s) in sum.iter().take(3).enumerate() {
+        sink.tap.put(
+            sink.lane,
+            Reg::FilterBilinear,
+            component + c,
+            *s,
+            cfg.sum_frac,
+        );
+    }
+    if cfg.weights.is_empty() {
+        for (a, s) in into.low.iter_mut().zip(sum) {
+            *a += s;
+        }
+    } else {
+        let weight = weights::at(&cfg.weights, count, k);
+        for (c, s) in sum.into_iter().enumerate() {
+            into.low[c] += (s & 0xffff_ffff) * weight;
+            into.high[c] += (s >> 32) * weight;
+        }
+    }
+}
+
+impl Cfg {
+    /// Bits of the sum of a fragment's probe weights; 0 for box weights.
+    #[must_use]
+    pub fn probe_weight_bits(&self) -> i64 {
+        self.probe_weight_bits
+    }
+}

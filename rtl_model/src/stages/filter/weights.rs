@@ -1,0 +1,84 @@
+//! Gaussian probe weights: integers that sum to exactly 2^bits.
+//!
+//! Weight i of `count` is e^(−2x²), x = (2i + 1 − count)/count, over the sum of all. Each is rounded
+//! to nearest; the residue goes to the middle probe, the lower one of two.
+
+use alloc::vec::Vec;
+
+/// Fraction bits of the exponential series.
+const FRAC: u32 = 60;
+
+/// e^(−p/q) with 60 fraction bits, p/q ≤ 2, off by < 2^−50.
+///
+/// The series of e^(−x) alternates; for x ≤ 2 its terms stay below 2 and each loses < 1 LSB.
+fn exp_neg(p: i128, q: i128) -> i128 {
+    let one = 1i128 << FRAC;
+    let mut term = one;
+    let mut sum = one;
+    let mut k = 1;
+    while term != 0 && k < 60 {
+        term = -(term * p / (q * k));
+        sum += term;
+        k += 1;
+    }
+    sum
+}
+
+/// The weights of `count` probes.
+#[must_use]
+pub fn weights(count: u32, bits: u32) -> Vec<i64> {
+    let n = i128::from(count.max(1));
+    // 2x² = 2(2i + 1 − n)²/n².
+    let raw: Vec<i128> = (0..n)
+        .map(|i| exp_neg(2 * (2 * i + 1 - n) * (2 * i + 1 - n), n * n))
+        .collect();
+    let total: i128 = raw.iter().sum();
+    let mut out: Vec<i64> = raw
+        .iter()
+        .map(|w| i64::try_from(((w << (bits + 1)) + total) / (2 * total)).unwrap_or(0))
+        .collect();
+    let residue = (1i64 << bits) - out.iter().sum::<i64>();
+    let middle = (out.len() - 1) / 2;
+    if let Some(w) = out.get_mut(middle) {
+        *w += residue;
+    }
+    out
+}
+
+/// The weights of every count up to `max`, by count.
+#[must_use]
+pub fn rom(max: u32, bits: u32) -> Vec<Vec<i64>> {
+    (0..=max).map(|count| weights(count, bits)).collect()
+}
+
+/// Weight of probe `k` of `count`.
+#[inline(always)]
+pub(super) fn at(rom: &[Vec<i64>], count: i64, k: i64) -> i64 {
+    let index = |x: i64| usize::try_from(x).unwrap_or(0);
+    rom.get(index(count))
+        .and_then(|row| row.get(index(k)))
+        .copied()
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_sum_to_a_power_of_two_and_fall_towards_the_ends() {
+        for bits in [4, 8, 12] {
+            for count in 1..=64 {
+                let w = weights(count, bits);
+                assert_eq!(w.iter().sum::<i64>(), 1 << bits, "{count} probes");
+                let middle = (w.len() - 1) / 2;
+                for i in 0..w.len() {
+                    if i != middle && w.len() - 1 - i != middle {
+                        assert_eq!(w[i], w[w.len() - 1 - i], "{count} probes, weight {i}");
+                    }
+                }
+                assert!(w[0] <= w[middle] + 8);
+            }
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! `footprint`: probe count, probe width, level of detail and step.
+//!
+//! M = λ1·N/2, m = max(λ2·N/2, 1, M/max_probes); count = clamp(⌈M/m − 2⁻⁸⌉, 1, max_probes); LOD = log2 m
+//! clamped to the mip chain. The count is found by comparing M with multiples of m: no division.
+
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::{Lanes, Roms, Sink, bits, fits, frac, store, take};
+use crate::config::{Config, ConfigError};
+use crate::fx::{Flags, Quantizer};
+use crate::policy::Count;
+use crate::regs::Reg;
+use crate::tables::rom::{PORT_FRAC, mantissa};
+use crate::tap::Tap;
+
+/// Most probes that the filter's accumulators have room for.
+pub const MAX_PROBES: u32 = 64;
+/// Largest face that the address registers are made for.
+pub const MAX_FACE: u32 = 1 << 15;
+const INV_FRAC: i64 = 28;
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    rule: Count,
+    max: i64,
+    size: i64,
+    last_level: i64,
+    length: Quantizer,
+    width: Quantizer,
+    cap_numerator: i64,
+    cap_denominator: i64,
+    lod: Quantizer,
+    line: Quantizer,
+    line_feline: Quantizer,
+    step: Quantizer,
+    /// 2^28 / (2·count) by count; for `feline` 2^28 / (2·(count − 1)).
+    inv_count: Vec<i64>,
+    two_over_n: i64,
+    axis_frac: i64,
+    lambda_frac: i64,
+}
+
+/// The ellipse's axes.
+#[derive(Clone, Copy, Debug)]
+pub struct In<'a, const N: usize> {
+    /// Output of `eigen`.
+    pub eigen: &'a super::eigen::Out<N>,
+}
+
+/// The probe line.
+#[derive(Clone, Debug)]
+pub struct Out<const N: usize> {
+    /// Probes.
+    pub count: [i64; N],
+    /// Level of detail with the register's fraction bits.
+    pub lod: [i64; N],
+    /// Half the spacing of the probes in (u, v).
+    pub step: Lanes<N, 2>,
+}
+
+impl<const N: usize> Default for Out<N> {
+    fn default() -> Self {
+        Self {
+            count: [1; N],
+            lod: [0; N],
+            step: [[0; N]; 2],
+        }
+    }
+}
+
+impl Cfg {
+    /// Compiles and checks the stage for faces of `size` texels.
+    pub fn new(config: &Config, size: u32) -> Result<Self, ConfigError> {
+        let max = config.max_probes;
+        if !(1..=MAX_PROBES).contains(&max) {
+            return Err(ConfigError {
+                path: "footprint.max_probes".into(),
+                expected: format!(
+                    "1 to {MAX_PROBES} probes: the accumulators of the filter are 62 bits"
+                ),
+                found: format!("{max}"),
+            });
+        }
+        let (size, last_level) = (
+            i64::from(size.clamp(1, MAX_FACE)),
+            i64::from(size.max(1).ilog2()),
+        );
+        let f = |reg| frac(config, reg);
+        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let lambda = bits(config, Reg::EigenLambda);
+        fits(Reg::FootLength, lambda + 16)?;
+        fits(Reg::FootWidth, bits(config, Reg::FootLength) + 16)?;
+        fits(Reg::FootLod, bits(config, Reg::FootWidth) + 30)?;
+        fits(
+            Reg::FootLine,
+            lambda.max(39) + bits(config, Reg::EigenAxis) + 1,
+        )?;
+        fits(Reg::FootStep, bits(config, Reg::FootLine) + 28)?;
+        // Widest m whose count stays within the limit.
+        let (cap_numerator, cap_denominator) = match config.count {
+            Count::Ceil | Count::Round => (1, i64::from(max)),
+            Count::Pow2 => (1, 1 << max.ilog2()),
+            Count::Feline => (2, i64::from(max) + 1),
+        };
+        let one = 1i64 << INV_FRAC;
+        let inv_count = (0..=i64::from(max))
+            .map(|count| {
+                let parts = if config.count == Count::Feline {
+                    2 * (count - 1)
+                } else {
+                    2 * count
+                };
+                if parts <= 0 {
+                    0
+                } else {
+                    (2 * one + parts) / (2 * parts)
+                }
+            })
+            .collect();
+        Ok(Self {
+            rule: config.count,
+            max: i64::from(max),
+            size,
+            last_level,
+            length: q(Reg::FootLength, 0),
+            width: q(Reg::FootWidth, 0),
+            cap_numerator,
+            cap_denominator,
+            lod: q(Reg::FootLod, i64::from(PORT_FRAC)),
+            line: q(Reg::FootLine, 0),
+            line_feline: q(Reg::FootLine, INV_FRAC + f(Reg::EigenAxis)),
+            step: q(Reg::FootStep, f(Reg::FootLine) + INV_FRAC),
+            inv_count,
+            two_over_n: ((4 * one) / size + 1) / 2,
+            axis_frac: f(Reg::EigenAxis),
+            lambda_frac: f(Reg::EigenLambda),
+        })
+    }
+
+    /// How often M exceeds the rule's multiples of m, plus one: the count before `pow2` rounds it.
+    ///
+    /// The condition for "more than n probes" is A·M > (B·n + C)·m, or ≥ where the rule has it.
+    #[inline(always)]
+    fn count(&self, length: i64, width: i64) -> i64 {
+        let (scale, per, offset, or_equal) = match self.rule {
+            // M/m − 2⁻⁸ > n
+            Count::Ceil | Count::Pow2 => (256, 256, 1, 0),
+            // M/m + ½ ≥ n + 1
+            Count::Round => (2, 2, 1, 1),
+            // 2M/m − ½ ≥ n + 1
+            Count::Feline => (4, 2, 3, 1),
+        };
+        let left = scale * length + or_equal;
+        let mut n = 0;
+        let mut bit = i64::from(MAX_PROBES);
+        while bit > 0 {
+            let more = n + bit;
+            if more < self.max && left > (per * more + offset) * width {
+                n = more;
+            }
+            bit >>= 1;
+        }
+        let count = n + 1;
+        if self.rule == Count::Pow2 {
+            count
+                .cast_unsigned()
+                .next_power_of_two()
+                .cast_signed()
+                .min(self.cap_denominator)
+        } else {
+            count
+        }
+    }
+}
+
+/// The stage.
+#[inline(always)]
+pub fn footprint<const N: usize, T: Tap>(
+    cfg: &Cfg,
+    roms: &Roms,
+    input: In<'_, N>,
+    out: &mut Out<N>,
+    flags: &mut [Flags],
+    tap: &mut T,
+) {
+    let length_frac = i64::from(cfg.length.format.frac);
+    let width_frac = i64::from(cfg.width.format.frac);
+    let lambda_frac = cfg.lambda_frac;
+    for (lane, flags) in flags.iter_mut().enumerate() {
+        let mut sink = Sink { lane, flags, tap };
+        let lambda = take(&input.eigen.lambda, lane);
+        let axis = take(&input.eigen.axis, lane);
+        // λ = code · 2^−scale.
+        let scale = lambda_frac - input.eigen.exp[lane];
+        let length = sink.shift(
+            &cfg.length,
+            Reg::FootLength,
+            0,
+            lambda[0] * cfg.size,
+            scale + 1 - length_frac,
+            0,
+        );
+        let (minor, over) = cfg
+            .width
+            .write_shifted(lambda[1] * cfg.size, scale + 1 - width_frac);
+        sink.flags.register(Reg::FootWidth, over);
+        // M/max with eight guard bits and a sticky one, rounded by the register.
+        let cap = (length * cfg.cap_numerator) << 8;
+        let sticky = i64::from(cap % cfg.cap_denominator != 0);
+        let cap = (cap / cfg.cap_denominator) | sticky;
+        let (cap, over) = cfg.width.write_shifted(cap, 8 + length_frac - width_frac);
+        sink.flags.register(Reg::FootWidth, over);
+        let width = minor.max(cap).max(1 << width_frac);
+        sink.tap.put(lane, Reg::FootWidth, 0, width, width_frac);
+
+        let common = length_frac.max(width_frac);
+        let count = cfg.count(
+            length << (common - length_frac),
+            width << (common - width_frac),
+        );
+
+        let (m, e) = mantissa(width.max(1));
+        let log = ((e - width_frac) << PORT_FRAC) + roms.log2.log2(m);
+        let log = log.clamp(0, cfg.last_level << PORT_FRAC);
+        let lod = sink.write(&cfg.lod, Reg::FootLod, 0, log, 0);
+
+        let inv = cfg
+            .inv_count
+            .get(usize::try_from(count).unwrap_or(0))
+            .copied()
+            .unwrap_or(0);
+        let feline = (cfg.rule == Count::Feline).then(|| {
+            // 2(λ1 − m·2/N) in u, v; end points included.
+            let major = line_code(lambda[0], scale);
+            let body = (width * cfg.two_over_n) >> width_frac;
+            2 * (major - body).max(0)
+        });
+        let mut step = [0; 2];
+        for (i, s) in step.iter_mut().enumerate() {
+            let line = match feline {
+                None => {
+                    let down = scale + cfg.axis_frac - i64::from(cfg.line.format.frac);
+                    sink.shift(&cfg.line, Reg::FootLine, i, lambda[0] * axis[i], down, 0)
+                }
+                Some(line) => sink.write(&cfg.line_feline, Reg::FootLine, i, line * axis[i], 0),
+            };
+            *s = sink.write(&cfg.step, Reg::FootStep, i, line * inv, 0);
+        }
+        out.count[lane] = count;
+        out.lod[lane] = lod;
+        store(&mut out.step, lane, step);
+    }
+}
+
+/// λ1 with 28 fraction bits, at most 2^9.
+#[inline(always)]
+fn line_code(lambda: i64, scale: i64) -> i64 {
+    let down = scale - INV_FRAC;
+    let code = if down >= 0 {
+        lambda >> down.min(62)
+    } else if i64::from(lambda.max(1).leading_zeros()) - 1 > -down {
+        lambda << -down
+    } else {
+        i64::MAX
+    };
+    code.min(1 << (INV_FRAC + 9))
+}

@@ -1,0 +1,266 @@
+//! `jacobian`: D = G A [J_v ∂v + J_n ∂n_mod] (Schilling, eq. 1 and 5–9).
+//!
+//! J_v = 2nnᵀ − ⟨n,n⟩I and J_n = 2⟨n,v⟩I + 2nvᵀ − 2vnᵀ are applied to the derivatives as vectors, so
+//! that no matrix is ever stored; G has ±1/|ma| and −u/|ma| as its non-zero entries.
+
+pub mod normal;
+
+use super::cube_face::components;
+use super::{Lanes, Sink, bits, block_frac, dot, fits, frac, int, store, take};
+use crate::config::{Config, ConfigError, ROTATION_FRAC};
+use crate::fx::{Flags, Quantizer};
+use crate::regs::Reg;
+use crate::tap::Tap;
+
+/// Compiled configuration.
+#[derive(Clone, Debug)]
+pub struct Cfg {
+    /// Ports of ∂v/∂x and ∂v/∂y.
+    pub dv: [Quantizer; 2],
+    n_dot_dv: [Quantizer; 2],
+    v_dot_dn: Quantizer,
+    n_dot_dn: Quantizer,
+    lift: [[i64; 5]; 2],
+    dv_r: [Quantizer; 2],
+    /// How a derivative of v_r becomes derivatives of (u, v).
+    pub project: Project,
+    numerator: Quantizer,
+    d: Quantizer,
+}
+
+/// G (and A), shared with `roughness`: a derivative of v_r to |ma|·(∂u, ∂v).
+#[derive(Clone, Debug)]
+pub struct Project {
+    rotation: Option<[[i64; 3]; 3]>,
+    rotated: Quantizer,
+    uv_lift: [i64; 2],
+    one: [i64; 2],
+}
+
+impl Project {
+    /// Compiles the projection for derivatives written with `reg`'s format; the numerators have
+    /// [`Project::frac`] fraction bits.
+    pub(crate) fn new(config: &Config, reg: Reg, numerator: Reg) -> Result<Self, ConfigError> {
+        let dv_r = bits(config, reg);
+        let uv = super::cube_face::Cfg::uv_frac(config);
+        let common = uv[0].max(uv[1]);
+        fits(
+            numerator,
+            dv_r + u32::try_from(common).unwrap_or(u32::MAX) + 2,
+        )?;
+        if config.rotation.is_some() {
+            fits(reg, dv_r + ROTATION_FRAC + 3)?;
+        }
+        Ok(Self {
+            rotation: config.rotation,
+            rotated: Quantizer::new(
+                config.format(reg),
+                frac(config, reg) + i64::from(ROTATION_FRAC),
+            ),
+            uv_lift: uv.map(|f| common - f),
+            one: [1 << common; 2],
+        })
+    }
+
+    /// Fraction bits of the numerators of derivatives with `dv_r_frac` fraction bits.
+    pub(crate) fn frac(config: &Config, dv_r_frac: i64) -> i64 {
+        let uv = super::cube_face::Cfg::uv_frac(config);
+        dv_r_frac + uv[0].max(uv[1])
+    }
+
+    /// A·t, written to the register of t again; t as it is without a rotation.
+    #[inline(always)]
+    pub(crate) fn rotate<T: Tap>(
+        &self,
+        sink: &mut Sink<'_, T>,
+        reg: Reg,
+        first: usize,
+        t: [i64; 3],
+        exponent: i64,
+    ) -> [i64; 3] {
+        match &self.rotation {
+            None => t,
+            Some(a) => {
+                let mut out = [0; 3];
+                for (i, row) in a.iter().enumerate() {
+                    out[i] = sink.write(&self.rotated, reg, first + i, dot(*row, t), exponent);
+                }
+                out
+            }
+        }
+    }
+
+    /// (∂sc − u·∂|ma|, ∂tc − v·∂|ma|).
+    #[inline(always)]
+    pub(crate) fn numerators(&self, face: usize, u: i64, v: i64, t: [i64; 3]) -> [i64; 2] {
+        let [sc, tc, ma] = components(face, t);
+        [
+            sc * self.one[0] - ((u * ma) << self.uv_lift[0]),
+            tc * self.one[1] - ((v * ma) << self.uv_lift[1]),
+        ]
+    }
+}
+
+/// What the stage reads.
+#[derive(Clone, Copy, Debug)]
+pub struct In<'a, const N: usize> {
+    /// Mantissas of v.
+    pub v: &'a Lanes<N, 3>,
+    /// Power of two of v.
+    pub v_exp: &'a [i64; N],
+    /// Power of two of the interpolated normal.
+    pub n_exp: &'a [i64; N],
+    /// ∂v/∂x then ∂v/∂y, shifted with v.
+    pub dv: &'a Lanes<N, 6>,
+    /// ∂n_mod/∂x then ∂n_mod/∂y, shifted with n_mod.
+    pub dn_mod: &'a Lanes<N, 6>,
+    /// Output of `reflect`.
+    pub reflect: &'a super::reflect::Out<N>,
+    /// Output of `cube_face`.
+    pub face: &'a super::cube_face::Out<N>,
+}
+
+/// D row by row.
+#[derive(Clone, Debug)]
+pub struct Out<const N: usize> {
+    /// ∂u/∂x, ∂u/∂y, ∂v/∂x, ∂v/∂y.
+    pub d: Lanes<N, 4>,
+}
+
+impl<const N: usize> Default for Out<N> {
+    fn default() -> Self {
+        Self { d: [[0; N]; 4] }
+    }
+}
+
+impl Cfg {
+    /// Compiles and checks the stage.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let f = |reg| frac(config, reg);
+        let (n_frac, v_frac) = (
+            block_frac(config, Reg::ReflectN),
+            block_frac(config, Reg::ReflectV),
+        );
+        let (n_bits, v_bits) = (bits(config, Reg::ReflectN), bits(config, Reg::ReflectV));
+        let dn = bits(config, Reg::JacDnMod);
+        fits(Reg::JacVdotDn, v_bits + dn + 2)?;
+        fits(Reg::JacNdotDn, n_bits + dn + 2)?;
+        let mut lift = [[0; 5]; 2];
+        let mut exact = [0; 2];
+        for (i, reg) in [Reg::JacDvDx, Reg::JacDvDy].into_iter().enumerate() {
+            fits(Reg::JacNdotDv, n_bits + bits(config, reg) + 2)?;
+            let terms = [
+                n_frac + f(Reg::JacNdotDv),
+                f(Reg::ReflectNdotN) + f(reg),
+                f(Reg::ReflectNdotV) + f(Reg::JacDnMod),
+                n_frac + f(Reg::JacVdotDn),
+                v_frac + f(Reg::JacNdotDn),
+            ];
+            let whole = [
+                2 + int(config, Reg::JacNdotDv),
+                int(config, Reg::ReflectNdotN) + int(config, reg),
+                1 + int(config, Reg::ReflectNdotV) + int(config, Reg::JacDnMod),
+                2 + int(config, Reg::JacVdotDn),
+                2 + int(config, Reg::JacNdotDn),
+            ];
+            let common = terms.into_iter().max().unwrap_or(0);
+            let top = whole.into_iter().max().unwrap_or(0);
+            fits(
+                Reg::JacDvr,
+                u32::try_from(common).unwrap_or(u32::MAX) + top + 3,
+            )?;
+            lift[i] = terms.map(|t| common - t);
+            exact[i] = common;
+        }
+        let project = Project::new(config, Reg::JacDvr, Reg::JacNumerator)?;
+        fits(
+            Reg::JacD,
+            bits(config, Reg::JacNumerator) + bits(config, Reg::FaceInvMa),
+        )?;
+        Ok(Self {
+            dv: [q(Reg::JacDvDx, 0), q(Reg::JacDvDy, 0)],
+            n_dot_dv: [Reg::JacDvDx, Reg::JacDvDy].map(|reg| q(Reg::JacNdotDv, n_frac + f(reg))),
+            v_dot_dn: q(Reg::JacVdotDn, v_frac + f(Reg::JacDnMod)),
+            n_dot_dn: q(Reg::JacNdotDn, n_frac + f(Reg::JacDnMod)),
+            lift,
+            dv_r: exact.map(|frac_in| q(Reg::JacDvr, frac_in)),
+            project,
+            numerator: q(Reg::JacNumerator, Project::frac(config, f(Reg::JacDvr))),
+            d: q(Reg::JacD, 0),
+        })
+    }
+}
+
+/// The stage.
+#[inline(always)]
+pub fn jacobian<const N: usize, T: Tap>(
+    cfg: &Cfg,
+    input: In<'_, N>,
+    out: &mut Out<N>,
+    flags: &mut [Flags],
+    tap: &mut T,
+) {
+    let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.d.format.frac);
+    for (lane, flags) in flags.iter_mut().enumerate() {
+        let mut sink = Sink { lane, flags, tap };
+        let (r, face) = (input.reflect, input.face);
+        let v = take(input.v, lane);
+        let n = take(&r.n, lane);
+        let (nv, nn) = (r.n_dot_v[lane], r.n_dot_n[lane]);
+        let dv = take(input.dv, lane);
+        let dn = take(input.dn_mod, lane);
+        let v_exp = input.v_exp[lane];
+        let n_exp = input.n_exp[lane] + r.n_lift[lane];
+        let exp = 2 * n_exp + v_exp;
+        let mut d = [0; 4];
+        for col in 0..2 {
+            let [x, y, z] = [0, 1, 2].map(|i| 3 * col + i);
+            let dv = [dv[x], dv[y], dv[z]];
+            let dn = [dn[x], dn[y], dn[z]];
+            let n_dv = sink.write(
+                &cfg.n_dot_dv[col],
+                Reg::JacNdotDv,
+                col,
+                dot(n, dv),
+                n_exp + v_exp,
+            );
+            let v_dn = sink.write(
+                &cfg.v_dot_dn,
+                Reg::JacVdotDn,
+                col,
+                dot(v, dn),
+                n_exp + v_exp,
+            );
+            let n_dn = sink.write(&cfg.n_dot_dn, Reg::JacNdotDn, col, dot(n, dn), 2 * n_exp);
+            let lift = &cfg.lift[col];
+            let mut t = [0; 3];
+            for i in 0..3 {
+                let sum = ((2 * n[i] * n_dv) << lift[0]) - ((nn * dv[i]) << lift[1])
+                    + ((2 * nv * dn[i]) << lift[2])
+                    + ((2 * n[i] * v_dn) << lift[3])
+                    - ((2 * v[i] * n_dn) << lift[4]);
+                t[i] = sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + i, sum, exp);
+            }
+            let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, t, exp);
+            let rows = cfg
+                .project
+                .numerators(face.face[lane], face.u[lane], face.v[lane], t);
+            let shift = fixed + face.inv_ma_frac[lane];
+            for (row, sum) in rows.into_iter().enumerate() {
+                let c = 2 * row + col;
+                let sum = if face.zero[lane] { 0 } else { sum };
+                let numerator = sink.write(&cfg.numerator, Reg::JacNumerator, c, sum, exp);
+                d[c] = sink.shift(
+                    &cfg.d,
+                    Reg::JacD,
+                    c,
+                    numerator * face.inv_ma[lane],
+                    shift,
+                    0,
+                );
+            }
+        }
+        store(&mut out.d, lane, d);
+    }
+}

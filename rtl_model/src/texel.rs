@@ -1,0 +1,125 @@
+//! Texel formats: binary32 words to stored texels to the datapath's fixed point.
+//!
+//! Texels are finite and not negative when they come here; NaN, negative numbers and −∞ become 0 and
+//! +∞ the largest code, so that any word is defined.
+
+use crate::config::{Config, TexelFormat};
+
+/// m · 2^e of a non-negative binary32 word; negative and NaN are 0, +∞ is `None`.
+fn unpack(word: u32) -> Option<(u64, i32)> {
+    let biased = (word >> 23) & 0xff;
+    let fraction = u64::from(word & 0x7f_ffff);
+    match (word >> 31, biased) {
+        (0, 0xff) if fraction == 0 => None,
+        (1, _) | (_, 0xff) => Some((0, 0)),
+        (_, 0) => Some((fraction, -149)),
+        (_, _) => Some((fraction | 1 << 23, i32::try_from(biased).unwrap_or(0) - 150)),
+    }
+}
+
+/// m · 2^e rounded to the nearest integer, ties to even; `None` where it exceeds 62 bits.
+fn round(m: u64, e: i32) -> Option<u64> {
+    if m == 0 {
+        return Some(0);
+    }
+    if e >= 0 {
+        let shift = e.unsigned_abs();
+        return (shift < 62 && m.leading_zeros() > shift + 2).then(|| m << shift);
+    }
+    let s = e.unsigned_abs();
+    if s > 63 {
+        return Some(0);
+    }
+    let half = 1u64 << (s - 1);
+    let odd = (m >> s.min(63)) & u64::from(s < 64);
+    // m < 2^62: the sum cannot wrap.
+    Some((m + (half - 1) + (odd & 1)) >> s)
+}
+
+/// A non-negative binary32 word as a binary16 word, ties to even, saturating at 65504.
+#[must_use]
+pub fn to_half(word: u32) -> u16 {
+    const MAX: u16 = 0x7bff;
+    let Some((m, e)) = unpack(word) else {
+        return MAX;
+    };
+    if m == 0 {
+        return 0;
+    }
+    // The leading bit's weight; below 2^−14 the spacing stays 2^−24.
+    let top = 63 - i32::try_from(m.leading_zeros()).unwrap_or(0) + e;
+    let lsb = (top - 10).max(-24);
+    let Some(code) = round(m, e - lsb) else {
+        return MAX;
+    };
+    // code counts LSBs: 1024…2048 for a normal number, and 2048 carries into the exponent.
+    let exponent = u64::from((lsb + 24).unsigned_abs());
+    let bits = if lsb == -24 {
+        code
+    } else {
+        (exponent << 10) + code
+    };
+    u16::try_from(bits.min(u64::from(MAX))).unwrap_or(MAX)
+}
+
+/// A finite, non-negative binary16 word with 24 fraction bits: exact.
+#[inline(always)]
+#[must_use]
+pub fn half_to_q24(word: u16) -> i64 {
+    let m = i64::from(word & 0x3ff);
+    let e = i64::from((word >> 10) & 0x1f);
+    if e == 0 { m } else { (m | 0x400) << (e - 1) }
+}
+
+/// Three binary32 words as shared-exponent mantissas and exponent (EXT_texture_shared_exponent).
+#[must_use]
+pub fn to_rgb9e5(words: [u32; 3]) -> ([u64; 3], i32) {
+    let parts = words.map(unpack);
+    let top = |(m, e): (u64, i32)| 63 - i32::try_from(m.leading_zeros()).unwrap_or(0) + e;
+    let mut max = -16;
+    for part in parts {
+        max = max.max(part.map_or(16, |p| if p.0 == 0 { -16 } else { top(p) }));
+    }
+    // Mantissas are 0.9: value = m · 2^(exponent − 9), exponent = floor(log2 max) + 1 in −15…16.
+    let quantize = |exponent: i32| {
+        parts.map(|part| part.map_or(511, |(m, e)| round(m, e - (exponent - 9)).unwrap_or(512)))
+    };
+    let mut exponent = (max + 1).clamp(-15, 16);
+    let mut codes = quantize(exponent);
+    if codes.iter().any(|&c| c > 511) && exponent < 16 {
+        exponent += 1;
+        codes = quantize(exponent);
+    }
+    (codes.map(|c| c.min(511)), exponent)
+}
+
+/// One texel as the datapath sees it: `texel.frac` fraction bits, saturated at `texel.int` bits.
+#[must_use]
+pub fn decode(config: &Config, words: [u32; 3]) -> [i64; 3] {
+    let frac = i32::try_from(config.texel_frac).unwrap_or(0);
+    let max = (1u64 << (config.texel_int + config.texel_frac)) - 1;
+    let limit = |code: Option<u64>| code.unwrap_or(max).min(max).cast_signed();
+    match config.texel_format {
+        TexelFormat::Q => words.map(|w| limit(unpack(w).and_then(|(m, e)| round(m, e + frac)))),
+        TexelFormat::Half => words.map(|w| {
+            let q24 = half_to_q24(to_half(w)).cast_unsigned();
+            limit(round(q24, frac - 24))
+        }),
+        TexelFormat::Unorm8 => words.map(|w| {
+            // clamp(x, 0, 1)·255 to nearest even, then c/255 with `frac` bits to nearest (no ties: 255
+            // is odd).
+            let code = unpack(w).map_or(255, |(m, e)| round(255 * m, e).unwrap_or(255).min(255));
+            limit(Some((2 * (code << frac) + 255) / 510))
+        }),
+        TexelFormat::Rgb9e5 => {
+            let (codes, exponent) = to_rgb9e5(words);
+            codes.map(|m| limit(round(m, exponent - 9 + frac)))
+        }
+    }
+}
+
+/// Whether the datapath holds every finite half as it is, so that texels may stay halves in memory.
+#[must_use]
+pub fn keeps_half(config: &Config) -> bool {
+    config.texel_format == TexelFormat::Half && config.texel_frac == 24 && config.texel_int >= 16
+}

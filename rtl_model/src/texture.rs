@@ -1,0 +1,223 @@
+//! A cube map in the unit's memory: every level of every face with a border of one texel.
+//!
+//! Border texels repeat the neighbouring faces' edges; a corner, which has no texel of its own, holds the
+//! mean of the three that meet there (D3D11.3 §7.18.12), rounded once to the texel format.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::config::{Config, ConfigError};
+use crate::texel;
+
+/// One level: where it starts and how it is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Texels along an edge, without the border.
+    pub size: usize,
+    /// Index of the first texel of face 0.
+    pub offset: usize,
+    /// Texels from row to row: `size + 2`.
+    pub stride: usize,
+    /// Texels from face to face.
+    pub face_stride: usize,
+}
+
+impl Level {
+    /// Index of the texel in column `x`, row `y` of the bordered face.
+    #[inline(always)]
+    #[must_use]
+    pub fn index(&self, face: usize, x: usize, y: usize) -> usize {
+        self.offset + face * self.face_stride + y * self.stride + x
+    }
+}
+
+/// Texel memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Texels {
+    /// binary16 words, decoded by the filter.
+    Half(Vec<[u16; 4]>),
+    /// Decoded texels.
+    Wide(Vec<[i64; 4]>),
+}
+
+/// A cube map as the unit reads it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// Level 0 first.
+    pub levels: Vec<Level>,
+    /// All texels; the fourth channel is 0.
+    pub texels: Texels,
+}
+
+/// One unbordered level as it comes in: `size`, and binary32 RGB words, face-major, then row-major.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// Texels along an edge.
+    pub size: usize,
+    /// 6·size² texels.
+    pub words: &'a [[u32; 3]],
+}
+
+/// The texel beyond an edge: (face, x, y) with exactly one coordinate −1 or `size`, to the neighbour's.
+pub type AcrossEdge<'a> = &'a dyn Fn(usize, usize, i64, i64) -> Option<(usize, usize, usize)>;
+
+impl Texture {
+    /// Encodes a mip chain. `across` maps coordinates beyond an edge to the neighbouring texel.
+    pub fn new(
+        config: &Config,
+        sources: &[Source<'_>],
+        across: AcrossEdge<'_>,
+    ) -> Result<Self, ConfigError> {
+        check_texel(config)?;
+        let mut levels = Vec::new();
+        let mut total = 0;
+        for source in sources {
+            let stride = source.size + 2;
+            let face_stride = stride * stride;
+            levels.push(Level {
+                size: source.size,
+                offset: total,
+                stride,
+                face_stride,
+            });
+            total += 6 * face_stride;
+        }
+        let mut wide = vec![[0i64; 4]; total];
+        let mut half = Vec::new();
+        let keep = texel::keeps_half(config);
+        if keep {
+            wide = Vec::new();
+            half = vec![[0u16; 4]; total];
+        }
+        for (source, level) in sources.iter().zip(&levels) {
+            let n = i64::try_from(source.size).unwrap_or(i64::MAX);
+            let word = |face: usize, x: usize, y: usize| {
+                source
+                    .words
+                    .get((face * source.size + y) * source.size + x)
+                    .copied()
+                    .unwrap_or([0; 3])
+            };
+            for face in 0..6 {
+                for y in -1..=n {
+                    for x in -1..=n {
+                        let corner = (x < 0 || x == n) && (y < 0 || y == n);
+                        let at = level.index(face, place(x), place(y));
+                        let texels = if corner {
+                            corner_texels(source.size, face, x, y, across)
+                                .map(|(f, x, y)| word(f, x, y))
+                        } else {
+                            let (f, x, y) = across(source.size, face, x, y).unwrap_or((face, 0, 0));
+                            [word(f, x, y); 3]
+                        };
+                        if keep {
+                            let halves = texels.map(|t| t.map(texel::to_half));
+                            if let Some(slot) = half.get_mut(at) {
+                                *slot = mean_half(halves);
+                            }
+                        } else if let Some(slot) = wide.get_mut(at) {
+                            *slot = mean_wide(texels.map(|t| texel::decode(config, t)));
+                        }
+                    }
+                }
+            }
+        }
+        Ok(Self {
+            levels,
+            texels: if keep {
+                Texels::Half(half)
+            } else {
+                Texels::Wide(wide)
+            },
+        })
+    }
+
+    /// The same texture with every texel decoded: slower or faster, never other bits.
+    #[must_use]
+    pub fn widened(&self) -> Self {
+        let texels = match &self.texels {
+            Texels::Half(half) => half.iter().map(|t| t.map(texel::half_to_q24)).collect(),
+            Texels::Wide(wide) => wide.clone(),
+        };
+        Self {
+            levels: self.levels.clone(),
+            texels: Texels::Wide(texels),
+        }
+    }
+
+    /// Bytes of texel memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match &self.texels {
+            Texels::Half(t) => t.len() * 8,
+            Texels::Wide(t) => t.len() * 32,
+        }
+    }
+}
+
+fn place(x: i64) -> usize {
+    usize::try_from(x + 1).unwrap_or(0)
+}
+
+/// The three texels that meet at a corner: the face's own and its two neighbours'.
+fn corner_texels(
+    size: usize,
+    face: usize,
+    x: i64,
+    y: i64,
+    across: AcrossEdge<'_>,
+) -> [(usize, usize, usize); 3] {
+    let last = i64::try_from(size).unwrap_or(i64::MAX) - 1;
+    let (ix, iy) = (x.clamp(0, last), y.clamp(0, last));
+    [(ix, iy), (x, iy), (ix, y)].map(|(x, y)| across(size, face, x, y).unwrap_or((face, 0, 0)))
+}
+
+/// Mean of three decoded texels, to nearest (no ties: thirds).
+fn mean_wide(t: [[i64; 3]; 3]) -> [i64; 4] {
+    let mean = |c: usize| (2 * (t[0][c] + t[1][c] + t[2][c]) + 3) / 6;
+    [mean(0), mean(1), mean(2), 0]
+}
+
+/// Mean of three halves, rounded to a half (ties to even).
+fn mean_half(t: [[u16; 3]; 3]) -> [u16; 4] {
+    let mean = |c: usize| {
+        let sum = t.map(|t| texel::half_to_q24(t[c])).into_iter().sum::<i64>();
+        if t.iter().all(|h| h[c] == t[0][c]) {
+            t[0][c]
+        } else {
+            third_to_half(sum.cast_unsigned())
+        }
+    };
+    [mean(0), mean(1), mean(2), 0]
+}
+
+/// sum/3 · 2^−24 as a half.
+fn third_to_half(sum: u64) -> u16 {
+    let top = 63 - i64::from((sum / 3).max(1).leading_zeros());
+    // Spacing 2^(top − 10) LSBs of 2^−24, at least one.
+    let shift = (top - 10).max(0);
+    let parts = 3u64 << shift;
+    let (floor, rest) = (sum / parts, sum % parts);
+    let up = 2 * rest > parts || (2 * rest == parts && floor & 1 == 1);
+    let code = floor + u64::from(up);
+    let bits = (shift.cast_unsigned() << 10) + code;
+    u16::try_from(bits.min(0x7bff)).unwrap_or(0x7bff)
+}
+
+fn check_texel(config: &Config) -> Result<(), ConfigError> {
+    if !(1..=17).contains(&config.texel_int) {
+        return Err(ConfigError {
+            path: "texel.int".into(),
+            expected: "1 to 17 integer bits".into(),
+            found: alloc::format!("{}", config.texel_int),
+        });
+    }
+    if !(4..=24).contains(&config.texel_frac) {
+        return Err(ConfigError {
+            path: "texel.frac".into(),
+            expected: "4 to 24 fraction bits".into(),
+            found: alloc::format!("{}", config.texel_frac),
+        });
+    }
+    Ok(())
+}
