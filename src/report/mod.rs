@@ -1,0 +1,9 @@
+//! What a user sees of a run: metrics, tables, error maps, hashes and the HTML page.
+
+pub mod error_map;
+pub mod flip;
+pub mod hash;
+pub mod html;
+pub mod metrics;
+pub mod srgb;
+pub mod table;

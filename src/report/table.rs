@@ -1,0 +1,1 @@
+//! Aligned text tables for terminals.
