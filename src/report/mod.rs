@@ -1,7 +1,9 @@
 //! What a user sees of a run: metrics, tables, error maps, hashes and the HTML page.
 
 pub mod error_map;
+pub mod escape;
 pub mod flip;
+pub mod font;
 pub mod hash;
 pub mod html;
 pub mod metrics;
