@@ -57,8 +57,8 @@ fn every_figure_of_the_run_is_on_the_page() {
     }
     assert_eq!(
         page.matches("<figure data-view>").count(),
-        2,
-        "two engines' pictures"
+        3,
+        "two engines and their error map"
     );
     assert_eq!(page.matches("data:image/png;base64,iVBORw0KGgo").count(), 4);
 }

@@ -210,6 +210,7 @@ fn as_f64(count: usize) -> f64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "colours are looked up, not computed")]
 mod tests {
     use super::*;
 

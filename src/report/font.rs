@@ -102,3 +102,31 @@ pub fn fill(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_characters_look_alike_and_all_fit_five_columns() {
+        let known = " 0123456789ABCDEFGHIJKLMNPQRSTUVWXYZ/-.,:=+<>O?";
+        let shapes: Vec<[u8; 7]> = known.chars().map(rows).collect();
+        for (at, shape) in shapes.iter().enumerate() {
+            assert!(shape.iter().all(|&bits| bits < 32));
+            assert!(!shapes[..at].contains(shape), "{:?}", known.chars().nth(at));
+        }
+        assert_eq!(rows('a'), rows('A'));
+    }
+
+    #[test]
+    fn text_is_drawn_where_it_is_put_and_cut_at_the_edge() {
+        let mut picture = Picture::new(12, 9);
+        draw_text(&mut picture, (1, 1), "1-", 1, [1.0; 3]);
+        let lit = |x: usize, y: usize| picture.covered[y * 12 + x];
+        assert!(lit(3, 1) && lit(2, 7) && lit(7, 4) && lit(11, 4));
+        assert!(!lit(0, 0) && !lit(6, 4) && !lit(1, 1));
+        draw_text(&mut picture, (10, 7), "88", 3, [1.0; 3]);
+        assert_eq!(picture.rgb.len(), 12 * 9);
+        assert_eq!(text_width("88", 3), 33);
+    }
+}

@@ -6,16 +6,9 @@
 use serde_json::Value;
 
 use super::escape::{base64, escape};
-use super::table::significant;
+use cells::{Cell, Column, list, number, object, plain, table, text};
 
-/// A column of a table: title with unit, and whether it holds numbers.
-type Column = (&'static str, bool);
-
-/// A cell: what is shown and, for numbers, the value that sorting uses.
-struct Cell {
-    text: String,
-    value: Option<f64>,
-}
+mod cells;
 
 /// The page of one run.
 ///
@@ -31,7 +24,7 @@ pub fn page(run: &Value, images: &[(String, Vec<u8>)]) -> String {
     out += &format!("<title>tapline: {}</title>\n", escape(&scene));
     out += &format!(
         "<style>\n{}</style>\n</head>\n<body>\n",
-        include_str!("html.css")
+        include_str!("html/page.css")
     );
     out += &format!("<h1>tapline: {}</h1>\n", escape(&scene));
     out += &facts(run);
@@ -44,7 +37,7 @@ pub fn page(run: &Value, images: &[(String, Vec<u8>)]) -> String {
     out += &unit(run);
     out += &format!(
         "<script>\n{}</script>\n</body>\n</html>\n",
-        include_str!("html.js")
+        include_str!("html/page.js")
     );
     out
 }
@@ -58,9 +51,11 @@ fn section(title: &str, body: &str) -> String {
 
 /// Scene, size, unit, version and seed: what it takes to repeat the run.
 fn facts(run: &Value) -> String {
-    let size = match &run["size"] {
-        Value::Array(sides) => sides.iter().map(text).collect::<Vec<_>>().join(" × "),
-        other => text(other),
+    let sides: Vec<String> = list(&run["size"]).iter().map(text).collect();
+    let size = if sides.is_empty() {
+        text(&run["size"])
+    } else {
+        sides.join(" × ")
     };
     let facts = [
         ("scene", text(&run["scene"])),
@@ -93,13 +88,14 @@ fn ladder(run: &Value) -> String {
         columns.push(("FLIP (0…1)", true));
     }
     let rows = list(&run["pairs"]).iter().map(|pair| {
-        let psnr = match pair["psnr_db"] {
+        let psnr = if pair["psnr_db"].is_null() {
             // Sorts above every finite figure.
-            Value::Null => Cell {
+            Cell {
                 text: "identical".to_owned(),
                 value: Some(f64::MAX),
-            },
-            ref value => number(value, 1.0),
+            }
+        } else {
+            number(&pair["psnr_db"], 1.0)
         };
         let mut cells = vec![
             plain(format!("{} – {}", text(&pair["a"]), text(&pair["b"]))),
@@ -163,7 +159,7 @@ fn registers(run: &Value) -> String {
 
 fn flags(run: &Value) -> String {
     let rows = object(&run["flags"]).into_iter();
-    let rows = rows.map(|(name, count)| vec![plain(name.clone()), number(count, 1.0)]);
+    let rows = rows.map(|(name, events)| vec![plain(name.clone()), number(events, 1.0)]);
     table(&[("flag", false), ("count", true)], rows, true)
 }
 
@@ -198,7 +194,7 @@ fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// The viewer, then the engines' pictures, the error maps and whatever else there is.
+/// The viewer (shown where scripts run), then the engines' pictures, the error maps and whatever else there is.
 fn pictures(run: &Value, images: &[(String, Vec<u8>)]) -> String {
     let is_engine = |name: &str| run["engines"].get(name).is_some();
     let is_map = |name: &str| {
@@ -216,15 +212,14 @@ fn pictures(run: &Value, images: &[(String, Vec<u8>)]) -> String {
             _ => others.push(image),
         }
     }
+    let viewed: Vec<_> = shown.iter().chain(&maps).copied().collect();
     let mut out = String::new();
-    if shown.len() > 1 {
-        out += &section("Compare", &viewer(&shown));
+    if viewed.len() > 1 {
+        out += &viewer(&viewed);
     }
     out += &section("Pictures", &figures(&shown, true));
-    out += &section(
-        "Error maps, largest channel difference",
-        &figures(&maps, false),
-    );
+    let title = "Error maps: largest channel difference in 8-bit steps";
+    out += &section(title, &figures(&maps, true));
     out + &section("More pictures", &figures(&others, false))
 }
 
@@ -252,11 +247,11 @@ fn viewer(shown: &[&(String, Vec<u8>)]) -> String {
         .map(|zoom| format!("<option value=\"{zoom}\">{zoom}×</option>"))
         .concat();
     format!(
-        "<div class=\"viewer\">\n<div class=\"bar\">\n<label>A {}</label>\n<label>B {}</label>\n{buttons}\
+        "<section class=\"viewer\">\n<h2>Compare</h2>\n<div class=\"bar\">\n<label>A {}</label>\n<label>B {}</label>\n{buttons}\
          <label>Zoom <select data-part=\"zoom\">{zooms}</select></label>\n</div>\n\
          <div class=\"stage\"><div class=\"sheet\" data-part=\"sheet\"><img alt=\"\">\
          <img alt=\"\" class=\"top\"><div class=\"rule\" data-part=\"rule\"></div></div></div>\n\
-         <p class=\"readout\" data-part=\"readout\"></p>\n</div>\n",
+         <p class=\"readout\" data-part=\"readout\"></p>\n</section>\n",
         select("a", 0),
         select("b", 1),
     )
@@ -287,79 +282,4 @@ fn png_size(png: &[u8]) -> Option<(u32, u32)> {
     let header = png.strip_prefix(b"\x89PNG\r\n\x1a\n")?;
     let word = |at: usize| Some(u32::from_be_bytes(*header.get(at..)?.first_chunk()?));
     Some((word(8)?, word(12)?))
-}
-
-/// A table, or nothing where there is no row.
-fn table(columns: &[Column], rows: impl Iterator<Item = Vec<Cell>>, sortable: bool) -> String {
-    let mut body = String::new();
-    for row in rows {
-        body += "<tr>";
-        for (cell, &(_, numeric)) in row.iter().zip(columns) {
-            let class = if numeric { " class=\"n\"" } else { "" };
-            let value = cell.value.map(|value| format!(" data-value=\"{value:e}\""));
-            let value = value.unwrap_or_default();
-            body += &format!("<td{class}{value}>{}</td>", escape(&cell.text));
-        }
-        body += "</tr>\n";
-    }
-    if body.is_empty() {
-        return body;
-    }
-    let mut head = String::new();
-    for (title, numeric) in columns {
-        let class = if *numeric { " class=\"n\"" } else { "" };
-        head += &format!("<th{class} scope=\"col\">{title}</th>");
-    }
-    let class = if sortable { " class=\"sortable\"" } else { "" };
-    format!(
-        "<div class=\"scroll\"><table{class}>\n<thead><tr>{head}</tr></thead>\n\
-         <tbody>\n{body}</tbody>\n</table></div>\n"
-    )
-}
-
-fn plain(text: String) -> Cell {
-    Cell { text, value: None }
-}
-
-/// A number of the object times a factor, to four digits; counts in full.
-fn number(value: &Value, factor: f64) -> Cell {
-    match (value.as_u64(), value.as_f64()) {
-        (_, Some(value)) if factor != 1.0 || value.fract() != 0.0 => Cell {
-            text: significant(value * factor, 4),
-            value: Some(value * factor),
-        },
-        (Some(count), value) => Cell {
-            text: super::table::count(count),
-            value,
-        },
-        (None, Some(value)) => Cell {
-            text: significant(value, 4),
-            value: Some(value),
-        },
-        // Below every figure when sorted.
-        (None, None) => Cell {
-            text: match text(value) {
-                words if words.is_empty() => "–".to_owned(),
-                words => words,
-            },
-            value: Some(f64::MIN),
-        },
-    }
-}
-
-/// A value as text: strings without quotes, null as nothing, the rest as JSON.
-fn text(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Null => String::new(),
-        Value::Bool(_) | Value::Number(_) | Value::Array(_) | Value::Object(_) => value.to_string(),
-    }
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-fn object(value: &Value) -> Vec<(&String, &Value)> {
-    value.as_object().into_iter().flatten().collect()
 }

@@ -105,7 +105,7 @@ impl Sums {
 ///
 /// # Errors
 ///
-/// The pictures differ in size, share no fragment at all, hold a value that is not finite in a
+/// The pictures differ in size, have no fragment at all, hold a value that is not finite in a
 /// fragment, or `exposure` is not within ±64.
 pub fn compare(a: &Picture, b: &Picture, exposure: f64) -> Result<Pair, InputError> {
     let show = Show::new(exposure)?;
@@ -141,7 +141,7 @@ pub fn compare(a: &Picture, b: &Picture, exposure: f64) -> Result<Pair, InputErr
     })
 }
 
-/// Like [`compare`], with the FLIP error as well (about as long again per picture).
+/// Like [`compare`], with the FLIP error as well (two to three times as long in all).
 ///
 /// # Errors
 ///

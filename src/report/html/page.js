@@ -51,9 +51,9 @@ if (viewer) {
     const scale = Number(zoom.value);
     above.src = first.src;
     below.src = second.src;
-    for (const image of [above, below]) {
-      image.width = first.naturalWidth * scale;
-      image.height = first.naturalHeight * scale;
+    for (const [image, source] of [[above, first], [below, second]]) {
+      image.width = source.naturalWidth * scale;
+      image.height = source.naturalHeight * scale;
     }
     sheet.style.width = `${first.naturalWidth * scale}px`;
     const part = mode === "wipe" ? cut : shown ? 1 : 0;
@@ -81,8 +81,8 @@ if (viewer) {
     const box = sheet.getBoundingClientRect();
     const [first, second] = [data(pictures[a.value]), data(pictures[b.value])];
     const at = (share, size) => Math.min(size - 1, Math.max(0, Math.floor(share * size)));
-    cut = (event.clientX - box.left) / box.width;
-    const x = at(cut, first.width), y = at((event.clientY - box.top) / box.height, first.height);
+    cut = Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
+    const x = at(cut, first.width), y = at((event.clientY - box.top) / (first.height * zoom.value), first.height);
     const colour = (source) => x < source.width && y < source.height
       ? [0, 1, 2].map((c) => String(source.data[4 * (y * source.width + x) + c]).padStart(3)).join(" ") : "-";
     readout.textContent = `pixel ${x},${y}   A ${colour(first)}   B ${colour(second)}   (8-bit sRGB)`;
