@@ -1,0 +1,11 @@
+//! What a user sees of a run: metrics, tables, error maps, hashes and the HTML page.
+
+pub mod error_map;
+pub mod escape;
+pub mod flip;
+pub mod font;
+pub mod hash;
+pub mod html;
+pub mod metrics;
+pub mod srgb;
+pub mod table;

@@ -1,0 +1,188 @@
+//! Aligned text tables for terminals.
+//!
+//! Units stand in the column headers, numbers are right-aligned, columns are two spaces apart.
+//! No colour and no line drawing: the output pastes into a bug report as it is.
+
+use std::fmt;
+
+/// On which side a column's cells end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    /// Text.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A table: a header and rows of the same number of cells.
+#[derive(Clone, Debug)]
+pub struct Table {
+    align: Vec<Align>,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these columns; a title carries its unit: `PSNR (dB)`.
+    #[must_use]
+    pub fn new(columns: &[(&str, Align)]) -> Self {
+        Self {
+            align: columns.iter().map(|&(_, align)| align).collect(),
+            header: columns.iter().map(|&(title, _)| clean(title)).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row. Cells that are missing stay empty; cells beyond the last column are dropped.
+    pub fn row<I>(&mut self, cells: I)
+    where
+        I: IntoIterator,
+        I::Item: AsRef<str>,
+    {
+        let mut row: Vec<String> = cells.into_iter().map(|cell| clean(cell.as_ref())).collect();
+        row.resize(self.header.len(), String::new());
+        self.rows.push(row);
+    }
+
+    /// Whether no row was added.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+}
+
+impl fmt::Display for Table {
+    /// One line per row and one for the header, each ended; no trailing blanks.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = || std::iter::once(&self.header).chain(&self.rows);
+        let width = |column: usize| lines().map(|row| row[column].chars().count()).max();
+        let widths: Vec<usize> = (0..self.header.len())
+            .map(|column| width(column).unwrap_or(0))
+            .collect();
+        for row in lines() {
+            let mut line = String::new();
+            for ((cell, &width), align) in row.iter().zip(&widths).zip(&self.align) {
+                if !line.is_empty() {
+                    line.push_str("  ");
+                }
+                match align {
+                    Align::Left => line.push_str(&format!("{cell:<width$}")),
+                    Align::Right => line.push_str(&format!("{cell:>width$}")),
+                }
+            }
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+/// Control characters would break the lines or reach the terminal: each becomes a space.
+fn clean(cell: &str) -> String {
+    cell.replace(char::is_control, " ")
+}
+
+/// A number with a fixed count of decimals: `54.20`.
+#[must_use]
+pub fn fixed(value: f64, decimals: usize) -> String {
+    format!("{value:.decimals$}")
+}
+
+/// A number with at most `digits` significant digits, without an exponent where it stays short:
+/// `0.000123`, `42.7`, `1.3e-7`.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    let digits = digits.max(1);
+    let magnitude = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-4..1e9).contains(&magnitude) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    // Rounding first: 9.996 with three digits is 10.0, not 10.00.
+    let text = format!("{value:.*e}", digits - 1);
+    let exponent = text.rsplit('e').next().and_then(|e| e.parse::<i32>().ok());
+    let digits = i32::try_from(digits).unwrap_or(i32::MAX);
+    let decimals = digits
+        .saturating_sub(1)
+        .saturating_sub(exponent.unwrap_or(0));
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+/// A number that may be missing: `-` for `None`.
+#[must_use]
+pub fn optional(value: Option<String>) -> String {
+    value.unwrap_or_else(|| "-".to_owned())
+}
+
+/// A count with thin groups of three digits: `1 048 576`.
+#[must_use]
+pub fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut out = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_align_by_characters_and_lines_have_no_trailing_blanks() {
+        let mut table = Table::new(&[
+            ("pair", Align::Left),
+            ("PSNR (dB)", Align::Right),
+            ("note", Align::Left),
+        ]);
+        table.row(["rtl-f64", "54.20", ""]);
+        table.row(["λ1-λ2", "8.1", "µ"]);
+        assert_eq!(
+            table.to_string(),
+            "pair     PSNR (dB)  note\nrtl-f64      54.20\nλ1-λ2          8.1  µ\n"
+        );
+    }
+
+    #[test]
+    fn rows_of_the_wrong_length_and_control_characters_do_no_harm() {
+        let mut table = Table::new(&[("a", Align::Left), ("b", Align::Right)]);
+        assert!(table.is_empty());
+        table.row(["x\ny\u{1b}[31m"]);
+        table.row(["1", "2", "3"]);
+        assert_eq!(table.to_string(), "a         b\nx y [31m\n1         2\n");
+    }
+
+    #[test]
+    fn significant_digits_hold_across_magnitudes() {
+        for (value, text) in [
+            (42.67, "42.7"),
+            (9.996, "10.0"),
+            (0.000_123_4, "0.000123"),
+            (0.000_000_13, "1.30e-7"),
+            (1_234_567.0, "1234567"),
+            (-0.5, "-0.500"),
+            (0.0, "0"),
+            (2e9, "2.00e9"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(significant(value, 3), text);
+        }
+    }
+
+    #[test]
+    fn counts_are_grouped_by_three() {
+        for (value, text) in [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1 000"),
+            (1_048_576, "1 048 576"),
+        ] {
+            assert_eq!(count(value), text);
+        }
+    }
+}
