@@ -12,3 +12,4 @@ pub mod picture;
 pub mod report;
 pub mod settings;
 pub mod stage;
+pub mod unit;

@@ -1,0 +1,141 @@
+//! The unit as a user sees it: every choice under a path, a default, a file format.
+//!
+//! [`UnitSpec`] holds the integer model's [`rtl_model::Config`] and, beside it, the numbers that the
+//! float engines use as they were written (the roughness scale and the rotation in doubles).
+
+pub mod file;
+pub mod knobs;
+
+use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
+use rtl_model::{Config, ConfigError};
+
+use crate::error::InputError;
+use crate::policy::{Axis, Curvature, RoughnessInterpolation};
+use crate::report::hash;
+use crate::settings::{AngleTable, Settings};
+
+/// Which axis the float reference uses where the unit's is the table's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ReferenceAxis {
+    /// The eigenvector itself.
+    Exact,
+    /// The same table entries: what is left is the words' error.
+    Table,
+}
+
+/// A unit: formats, tables and policies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitSpec {
+    /// What the integer model takes.
+    pub config: Config,
+    /// s in K = D Dᵀ + s² K3, as written.
+    pub roughness_scale: f64,
+    /// Rotation of the environment, row by row, as written; `None` is the identity.
+    pub rotation: Option<[[f64; 3]; 3]>,
+    /// What the roughness pyramid interpolates.
+    pub roughness_interpolation: RoughnessInterpolation,
+    /// Where the bump map's own curvature goes.
+    pub roughness_curvature: Curvature,
+}
+
+/// √12: the scale at which box length and standard deviation have the same second moment.
+pub const SQRT_12: f64 = 3.464_101_615_137_754_6;
+
+impl Default for UnitSpec {
+    fn default() -> Self {
+        let mut spec = Self {
+            config: Config::default(),
+            roughness_scale: 1.0,
+            rotation: None,
+            roughness_interpolation: RoughnessInterpolation::default(),
+            roughness_curvature: Curvature::default(),
+        };
+        spec.set_scale(SQRT_12);
+        spec
+    }
+}
+
+impl UnitSpec {
+    /// Names of the presets.
+    pub const PRESETS: [&'static str; 2] = ["default", "schilling"];
+
+    /// A preset: `default`, or `schilling` (ten angle entries and roughness scale 1, as in the paper).
+    #[must_use]
+    pub fn preset(name: &str) -> Option<Self> {
+        let mut spec = Self::default();
+        match name {
+            "default" => {}
+            "schilling" => {
+                spec.config.tables.eigen.entries = 10;
+                spec.set_scale(1.0);
+            }
+            _ => return None,
+        }
+        Some(spec)
+    }
+
+    /// Sets s for every engine; the integer model takes it to the nearest 2^−20.
+    pub fn set_scale(&mut self, scale: f64) {
+        self.roughness_scale = scale;
+        self.config.roughness_scale = fixed_bits(scale, SCALE_FRAC);
+    }
+
+    /// Sets the rotation for every engine; the integer model takes it to the nearest 2^−24.
+    pub fn set_rotation(&mut self, rotation: Option<[[f64; 3]; 3]>) {
+        self.rotation = rotation;
+        self.config.rotation =
+            rotation.map(|a| a.map(|row| row.map(|x| fixed_bits(x, ROTATION_FRAC))));
+    }
+
+    /// The policies that the float engines honour.
+    #[must_use]
+    pub fn settings(&self, reference_axis: ReferenceAxis) -> Settings {
+        let c = &self.config;
+        let table = AngleTable {
+            entries: c.tables.eigen.entries,
+            placement: c.placement,
+            order: c.tables.eigen.order,
+        };
+        Settings {
+            max_probes: c.max_probes,
+            count: c.count,
+            axis: c.axis,
+            weights: c.weights,
+            probe_weight_bits: c.probe_weight_bits,
+            roughness_scale: self.roughness_scale,
+            roughness_interpolation: self.roughness_interpolation,
+            roughness_curvature: self.roughness_curvature,
+            minor: c.minor,
+            dnmod: c.dnmod,
+            rotation: self
+                .rotation
+                .unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
+                .then_some(table),
+        }
+    }
+
+    /// Identity of the unit: FNV-1a of its file text.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        hash::hash_text(hash::text_hash(&file::to_toml(self)))
+    }
+}
+
+/// x to the nearest multiple of 2^−frac, ties to even; |x| ≤ 2^20 by the knobs' ranges.
+fn fixed_bits(x: f64, frac: u32) -> i64 {
+    let scaled = (x * f64::from(1u32 << frac)).round_ties_even();
+    fixed::types::I53F11::saturating_from_num(scaled).to_num()
+}
+
+/// What the model refuses, in the shape of every input error.
+#[must_use]
+pub fn refused(error: ConfigError) -> InputError {
+    InputError::new(
+        "unit",
+        error.expected,
+        error.found,
+        "shorten the register's words (or those that feed it), or take the default of `tapline unit show`",
+    )
+    .at(error.path)
+}
