@@ -1,0 +1,85 @@
+//! PNG and JPEG: code values 0..1 as stored, 8 or 16 bits; colour profiles and gamma chunks are
+//! ignored (sRGB is taken for granted by whoever wants light).
+
+use super::load::LoadOptions;
+use super::planar::Planar;
+use super::quiet::guarded;
+use crate::error::InputError;
+use image::{ColorType, ImageDecoder, ImageReader, Limits};
+use std::io::Cursor;
+
+/// Reads planes R, G, B or Y, and A where there is one.
+pub(super) fn read(
+    bytes: &[u8],
+    subject: &str,
+    options: &LoadOptions,
+) -> Result<Planar, InputError> {
+    let damaged = |found: String| {
+        InputError::new(
+            subject,
+            "an intact PNG or JPEG file",
+            found,
+            "export the image again",
+        )
+    };
+    let limits = || {
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(options.max_bytes());
+        limits
+    };
+    let result = guarded(|| -> Result<_, InputError> {
+        let mut reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|e| damaged(e.to_string()))?;
+        reader.limits(limits());
+        let mut decoder = reader.into_decoder().map_err(|e| damaged(e.to_string()))?;
+        let (width, height) = decoder.dimensions();
+        let total = decoder.total_bytes();
+        let what = format!("{width}x{height} pixels");
+        options.admit(subject, u128::from(total), &what)?;
+        // Deflate expands at most 1032 times (258 bytes from 2 bits), before palettes and sub-byte
+        // samples widen by up to 24 (1 bit of palette index to 3 bytes).
+        let most = (bytes.len() as u128) * 1032 * 24;
+        if bytes.starts_with(b"\x89PNG") && u128::from(total) > most {
+            return Err(damaged(format!("{what} in {} bytes", bytes.len())));
+        }
+        decoder
+            .set_limits(limits())
+            .map_err(|e| damaged(e.to_string()))?;
+        let colour = decoder.color_type();
+        let mut buffer = vec![0; usize::try_from(total).unwrap_or(0)];
+        decoder
+            .read_image(&mut buffer)
+            .map_err(|e| damaged(e.to_string()))?;
+        Ok((width, height, colour, buffer))
+    });
+    let (width, height, colour, buffer) = result.map_err(damaged)??;
+    let names: &[&str] = match colour {
+        ColorType::L8 | ColorType::L16 => &["Y"],
+        ColorType::La8 | ColorType::La16 => &["Y", "A"],
+        ColorType::Rgb8 | ColorType::Rgb16 => &["R", "G", "B"],
+        ColorType::Rgba8 | ColorType::Rgba16 => &["R", "G", "B", "A"],
+        other => return Err(damaged(format!("samples of kind {other:?}"))),
+    };
+    let bytes_per_sample = usize::from(colour.bytes_per_pixel()) / names.len();
+    let mut planes = vec![Vec::new(); names.len()];
+    for pixel in buffer.chunks_exact(usize::from(colour.bytes_per_pixel())) {
+        for (plane, sample) in planes.iter_mut().zip(pixel.chunks_exact(bytes_per_sample)) {
+            plane.push(match *sample {
+                [a, b] => f32::from(u16::from_ne_bytes([a, b])) / 65535.0,
+                [a, ..] => f32::from(a) / 255.0,
+                [] => 0.0,
+            });
+        }
+    }
+    if width == 0 || height == 0 {
+        return Err(damaged("no pixels".to_owned()));
+    }
+    Ok(Planar {
+        width: width as usize,
+        height: height as usize,
+        channels: names.iter().map(|n| (*n).to_owned()).zip(planes).collect(),
+        linear: false,
+        envmap: None,
+    })
+}
