@@ -89,3 +89,150 @@ pub(super) fn lookup_at_halves(cube: &CubeLevel, face: usize, u: f64, v: f64) ->
     let [a, b, c, d] = taps.map(|tap| tap.unwrap_or(mean));
     mix(mix(a, b, fx), mix(c, d, fx), fy)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cube::direction;
+    use crate::image::mips::narrow;
+    use crate::image::resample::centres;
+
+    /// The direction of a pixel in OpenEXR's cube, as that format defines it: per face the signs of
+    /// (column, row) along two axes, samples at the ends.
+    fn openexr_direction(face: usize, column: usize, row: usize, size: usize) -> [f64; 3] {
+        let last = real(size - 1);
+        let (a, b) = (
+            2.0 * real(column) / last - 1.0,
+            2.0 * real(row) / last - 1.0,
+        );
+        match face {
+            0 => [1.0, -b, a],
+            1 => [-1.0, -b, -a],
+            2 => [a, 1.0, -b],
+            3 => [a, -1.0, b],
+            4 => [-a, -b, 1.0],
+            _ => [a, -b, -1.0],
+        }
+    }
+
+    #[test]
+    fn openexr_cubes_are_unmirrored_and_sampled_on_their_edges() {
+        // The stored picture holds each pixel's own direction (major component ±1), which is linear
+        // in the face's coordinates: bilinear look-ups are exact but for f32 storage, 2⁻²⁴.
+        let size = 9;
+        let mut texels = Vec::new();
+        for row in 0..6 * size {
+            for column in 0..size {
+                texels.push(openexr_direction(row / size, column, row % size, size).map(narrow));
+            }
+        }
+        let cube = cut(&texels, size, size, Arrangement::OpenExr);
+        for face in 0..6 {
+            for v in centres(7, 3) {
+                for u in centres(7, 3) {
+                    let got = lookup_on_edges(&cube, face, u, v);
+                    for (g, d) in got.into_iter().zip(direction(face, u, v)) {
+                        assert!((g - d).abs() <= 6.0e-8, "{face} {u} {v}: {got:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn strips_and_crosses_give_the_same_faces() {
+        let size = 3;
+        let value = |face: usize, x: usize, y: usize| [real(face), real(x), real(y)].map(narrow);
+        let picture =
+            |columns: usize, rows: usize, cells: [[usize; 2]; 6], turned: Option<usize>| {
+                let mut texels = vec![[-1.0f32; 3]; columns * rows * size * size];
+                for (face, [column, row]) in cells.into_iter().enumerate() {
+                    for (y, x) in (0..9).map(|i| (i / 3, i % 3)) {
+                        let (sx, sy) = if turned == Some(face) {
+                            (2 - x, 2 - y)
+                        } else {
+                            (x, y)
+                        };
+                        texels[(row * 3 + sy) * columns * 3 + column * 3 + sx] = value(face, x, y);
+                    }
+                }
+                texels
+            };
+        let cross = [[2, 1], [0, 1], [1, 0], [1, 2], [1, 1], [3, 1]];
+        let mut tall = cross;
+        tall[5] = [1, 3];
+        let line = [0, 1, 2, 3, 4, 5];
+        for (arrangement, columns, rows, cells, turned) in [
+            (Arrangement::Column, 1, 6, line.map(|f| [0, f]), None),
+            (Arrangement::Row, 6, 1, line.map(|f| [f, 0]), None),
+            (Arrangement::WideCross, 4, 3, cross, None),
+            (Arrangement::TallCross, 3, 4, tall, Some(5)),
+        ] {
+            let texels = picture(columns, rows, cells, turned);
+            let cube = cut(&texels, columns * size, size, arrangement);
+            for face in 0..6 {
+                for (y, x) in (0..9).map(|i| (i / 3, i % 3)) {
+                    let (got, expected) = (cube.texel(face, x, y), value(face, x, y));
+                    assert_eq!(
+                        got.map(f32::to_bits),
+                        expected.map(f32::to_bits),
+                        "{arrangement:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn crosses_are_continuous_where_faces_meet_in_the_picture() {
+        // Across every seam of the picture the neighbours in the picture are neighbours on the cube.
+        let (n, columns) = (4usize, 4usize);
+        let cells = [[2, 1], [0, 1], [1, 0], [1, 2], [1, 1], [3, 1]];
+        let at = |face: usize, x: usize, y: usize| {
+            let [column, row]: [usize; 2] = cells[face];
+            (column * n + x, row * n + y)
+        };
+        let mut seams = 0;
+        for face in 0..6 {
+            for t in 0..n {
+                for (x, y, ox, oy) in [(n - 1, t, 1i64, 0i64), (t, n - 1, 0, 1)] {
+                    let (px, py) = at(face, x, y);
+                    let Some(next) = (0..6).find(|f| {
+                        let (fx, fy) = at(*f, 0, 0);
+                        let (qx, qy) = (px + usize::from(ox == 1), py + usize::from(oy == 1));
+                        (fx..fx + n).contains(&qx) && (fy..fy + n).contains(&qy)
+                    }) else {
+                        continue;
+                    };
+                    assert!(px < columns * n && next != face);
+                    let as_i64 = |t: usize| i64::try_from(t).unwrap();
+                    let found = across_edge(n, face, as_i64(x) + ox, as_i64(y) + oy).unwrap();
+                    let expected = if ox == 1 { (next, 0, t) } else { (next, t, 0) };
+                    assert_eq!(found, expected);
+                    seams += 1;
+                }
+            }
+        }
+        // Three seams in the belt, one above and one below +z, n texels each.
+        assert_eq!(seams, 5 * n);
+    }
+
+    #[test]
+    fn a_gpu_cube_lookup_is_constant_on_a_constant_and_the_mean_of_three_at_a_corner() {
+        let cube = CubeLevel {
+            size: 1,
+            texels: (0..6u8).map(|f| [f32::from(f); 3]).collect(),
+        };
+        // At +x, u = v = 1 the faces +x, −y and −z meet: (0 + 3 + 5)/3.
+        let got = lookup_at_halves(&cube, 0, 1.0, 1.0)[0];
+        assert!((got - 8.0 / 3.0).abs() < 1e-12, "{got}");
+        let even = CubeLevel {
+            size: 2,
+            texels: vec![[0.3; 3]; 24],
+        };
+        for v in centres(2, 4) {
+            let got = lookup_at_halves(&even, 2, -1.0, v);
+            assert!(got.iter().all(|c| (c - f64::from(0.3f32)).abs() < 1e-15));
+        }
+    }
+}

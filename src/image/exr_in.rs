@@ -1,7 +1,7 @@
 //! OpenEXR to planes: chunks are found here, decompressed by `exr`, and placed here.
 
 use super::exr_header::{Blocks, Part, bad, check, scan};
-use super::load::LoadOptions;
+use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
 use crate::error::InputError;
@@ -59,19 +59,23 @@ pub(super) fn read(
     let chunks = collect(bytes, raw.end, part, raw.multipart(), levels, subject)?;
     let names = header.channels.list.iter().map(|c| c.name.to_string());
     let names: Vec<String> = names.collect();
-    let mut planes: Vec<Planar> = (0..levels)
-        .map(|level| {
-            let [width, height] = part.level_size(level);
-            let plane = || vec![0.0; width * height];
-            Planar {
-                width,
-                height,
-                channels: names.iter().map(|n| (n.clone(), plane())).collect(),
-                linear: true,
-                envmap: part.envmap,
-            }
-        })
-        .collect();
+    let mut planes = Vec::new();
+    for level in 0..levels {
+        let [width, height] = part.level_size(level);
+        let mut channels = Vec::new();
+        for name in &names {
+            let mut plane = room(width * height, subject)?;
+            plane.resize(width * height, 0.0);
+            channels.push((name.clone(), plane));
+        }
+        planes.push(Planar {
+            width,
+            height,
+            channels,
+            linear: true,
+            envmap: part.envmap,
+        });
+    }
     let kinds: Vec<SampleType> = header.channels.list.iter().map(|c| c.sample_type).collect();
     // A few chunks at a time: what is decompressed and not yet placed stays small.
     let mut chunks = chunks.into_iter().peekable();

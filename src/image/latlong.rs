@@ -4,7 +4,11 @@
 //! longitude runs from π at the left edge to −π at the right, and
 //! direction = (sin lon·cos lat, sin lat, cos lon·cos lat), so +z is in the middle of the picture.
 
-use super::resample::{mix, real, split};
+use super::mips::narrow;
+use super::resample::{centres, mix, real, samples_per_side, split};
+use crate::cube::CubeLevel;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
 
 /// A lat-long image and the grid that its samples lie on.
 pub(super) struct LatLong {
@@ -17,17 +21,11 @@ pub(super) struct LatLong {
 }
 
 impl LatLong {
-    /// Bilinear look-up in a direction that is not zero.
-    pub(super) fn lookup(&self, d: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = d;
-        let longitude = if x == 0.0 && z == 0.0 {
-            0.0
-        } else {
-            libm::atan2(x, z)
-        };
-        let latitude = libm::atan2(y, (x * x + z * z).sqrt());
-        let across = 0.5 - longitude / std::f64::consts::TAU;
-        let down = 0.5 - latitude / std::f64::consts::PI;
+    /// Bilinear look-up at a longitude of `turns` whole turns (any number) and a latitude in radians.
+    fn lookup(&self, turns: f64, latitude: f64) -> [f64; 3] {
+        let across = 0.5 - turns;
+        let across = across - across.floor();
+        let down = 0.5 - latitude / PI;
         let (column, row) = if self.on_poles {
             (across * real(self.width - 1), down * real(self.height - 1))
         } else {
@@ -39,6 +37,58 @@ impl LatLong {
         let ((x0, fx), (y0, fy)) = (split(column), split(row));
         let line = |y| mix(self.tap(x0, y), self.tap(x0 + 1, y), fx);
         mix(line(y0), line(y0 + 1), fy)
+    }
+
+    /// The map as a cube: per texel the mean of n² look-ups at the centres of its sub-squares, n as
+    /// `samples_per_side` has it for the map's finest direction.
+    ///
+    /// Angles are computed once for one side face and for +y; the other faces are turns and mirror
+    /// images of these.
+    pub(super) fn to_cube(&self, size: usize) -> CubeLevel {
+        // In the middle of a face a texel spans 2/size radians; the map has width/2π columns and
+        // height/π rows a radian.
+        let finest = real(self.width).max(2.0 * real(self.height));
+        let side = samples_per_side(finest / (PI * real(size)));
+        let centres = centres(size, side);
+        let turns: Vec<f64> = centres.iter().map(|u| libm::atan(*u) / TAU).collect();
+        let rows: Vec<Vec<[[f64; 3]; 6]>> = (0..size)
+            .into_par_iter()
+            .map(|y| {
+                let mut sums = vec![[[0.0; 3]; 6]; size];
+                for v in &centres[y * side..(y + 1) * side] {
+                    for (k, (u, turn)) in centres.iter().zip(&turns).enumerate() {
+                        self.add(&mut sums[k / side], *u, *v, *turn);
+                    }
+                }
+                sums
+            })
+            .collect();
+        let count = real(side * side);
+        let texels = (0..6)
+            .flat_map(|face| rows.iter().flatten().map(move |sums| sums[face]))
+            .map(|sum| sum.map(|c| narrow(c / count)))
+            .collect();
+        CubeLevel { size, texels }
+    }
+
+    /// Adds the look-up at (u, v) of each face; `turn` is atan(u) in turns.
+    fn add(&self, sums: &mut [[f64; 3]; 6], u: f64, v: f64, turn: f64) {
+        let mut add = |face: usize, turns: f64, latitude: f64| {
+            let colour = self.lookup(turns, latitude);
+            for (s, c) in sums[face].iter_mut().zip(colour) {
+                *s += c;
+            }
+        };
+        // Side faces: +z holds (u, −v, 1); +x, −z, −x follow at a quarter turn each.
+        let latitude = libm::atan2(-v, (1.0 + u * u).sqrt());
+        for (quarters, face) in [4, 0, 5, 1].into_iter().enumerate() {
+            add(face, turn + 0.25 * real(quarters), latitude);
+        }
+        // +y holds (u, 1, v), −y (u, −1, −v).
+        let around = libm::atan2(u, v) / TAU;
+        let latitude = libm::atan2(1.0, (u * u + v * v).sqrt());
+        add(2, around, latitude);
+        add(3, 0.5 - around, -latitude);
     }
 
     /// A texel, also one step outside: columns go round, and beyond a pole lies the first row again,
@@ -66,7 +116,6 @@ fn as_i64(n: usize) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::PI;
 
     /// x, y, z of each sample's own direction plus 2 (so that nothing is negative).
     fn directions(width: usize, height: usize, on_poles: bool) -> LatLong {
@@ -87,7 +136,7 @@ mod tests {
                     libm::sin(lat),
                     libm::cos(lon) * libm::cos(lat),
                 ];
-                texels.push(v.map(|c| crate::image::mips::narrow(c + 2.0)));
+                texels.push(v.map(|c| narrow(c + 2.0)));
             }
         }
         LatLong {
@@ -100,9 +149,10 @@ mod tests {
 
     #[test]
     fn a_lookup_returns_the_direction_stored_there_on_both_grids() {
-        // Bilinear interpolation of sin and cos on a grid of step h errs by at most h²/8 a axis:
-        // (2π/128)²/8 = 3.0e-4 in longitude and as much in latitude; f32 storage adds 2e-7.
-        let bound = 2.0 * (2.0 * PI / 127.0) * (2.0 * PI / 127.0) / 8.0 + 1e-6;
+        // Bilinear interpolation of sin and cos on a grid of step h errs by at most h²/8 an axis
+        // (both factors are at most 1); f32 storage of numbers up to 3 adds 1.2e-7.
+        let step = 2.0 * PI / 127.0;
+        let bound = 2.0 * step * step / 8.0 + 1.2e-7;
         for on_poles in [false, true] {
             let map = directions(128, 64, on_poles);
             for i in 0..2000u32 {
@@ -110,37 +160,62 @@ mod tests {
                 let y = 1.0 - 2.0 * (t + 0.5) / 2000.0;
                 let r = (1.0 - y * y).sqrt();
                 let d = [r * libm::cos(t * 2.4), y, r * libm::sin(t * 2.4)];
-                let got = map.lookup(d.map(|c| 3.0 * c));
+                let turns = libm::atan2(d[0], d[2]) / TAU;
+                let got = map.lookup(turns, libm::asin(d[1]));
                 for (g, d) in got.into_iter().zip(d) {
                     assert!((g - 2.0 - d).abs() <= bound, "{on_poles} {i}: {g} {d}");
-                }
-            }
-            for axis in 0..3 {
-                for sign in [1.0, -1.0] {
-                    let mut d = [0.0; 3];
-                    d[axis] = sign;
-                    let got = map.lookup(d)[axis] - 2.0;
-                    assert!(
-                        (got - sign).abs() <= bound,
-                        "{on_poles} {axis} {sign}: {got}"
-                    );
                 }
             }
         }
     }
 
     #[test]
-    fn a_one_by_one_map_is_constant() {
-        for on_poles in [false, true] {
+    fn every_texel_of_the_cube_holds_the_mean_direction_of_its_square() {
+        // The look-ups err as above; the mean over the sub-squares is compared with the mean of the
+        // exact unit directions at the same places.
+        let step = 2.0 * PI / 127.0;
+        let bound = 2.0 * step * step / 8.0 + 2.4e-7;
+        for (on_poles, size) in [(false, 32), (true, 32), (false, 5), (true, 1)] {
+            let cube = directions(128, 64, on_poles).to_cube(size);
+            let side = samples_per_side(128.0 / (PI * real(size)));
+            let centres = centres(size, side);
+            for face in 0..6 {
+                for (y, x) in (0..size * size).map(|i| (i / size, i % size)) {
+                    let mut mean = [0.0; 3];
+                    for v in &centres[y * side..(y + 1) * side] {
+                        for u in &centres[x * side..(x + 1) * side] {
+                            let d = crate::cube::direction(face, *u, *v);
+                            let length = d.iter().map(|c| c * c).sum::<f64>().sqrt();
+                            for (m, c) in mean.iter_mut().zip(d) {
+                                *m += c / length / real(side * side);
+                            }
+                        }
+                    }
+                    for (g, m) in cube.texel(face, x, y).into_iter().zip(mean) {
+                        assert!((f64::from(g) - 2.0 - m).abs() <= bound, "{face} {x} {y}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_map_makes_an_exactly_constant_cube() {
+        let colour = [0.1, 33_952.0, 3.0e-8];
+        for (width, height, on_poles) in [(1, 1, false), (1, 1, true), (8, 4, false), (7, 3, true)]
+        {
+            let texels = vec![colour; width * height];
             let map = LatLong {
-                width: 1,
-                height: 1,
-                texels: vec![[3.0, 4.0, 5.0]],
+                width,
+                height,
+                texels,
                 on_poles,
             };
-            assert_eq!(
-                map.lookup([0.0, 1.0, 0.0]).map(f64::to_bits),
-                [3.0f64, 4.0, 5.0].map(f64::to_bits)
+            let cube = map.to_cube(3);
+            assert!(
+                cube.texels
+                    .iter()
+                    .all(|t| t.map(f32::to_bits) == colour.map(f32::to_bits))
             );
         }
     }

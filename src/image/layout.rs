@@ -12,7 +12,7 @@ use super::cubes::{Arrangement, cut, lookup_at_halves, lookup_on_edges};
 use super::latlong::LatLong;
 use super::planar::EnvLayout;
 use super::resample::{real, resample, samples_per_side};
-use crate::cube::{CubeLevel, direction};
+use crate::cube::CubeLevel;
 use crate::error::InputError;
 
 /// Linear RGB pixels with the file's own word on what they are.
@@ -69,19 +69,13 @@ pub(super) fn to_cube(
     };
     let Some((arrangement, side)) = arrangement else {
         let size = face_size.unwrap_or_else(|| latlong_face_size(height));
-        // In the middle of a face a texel spans 2/size radians; the map has width/2π (or height/π)
-        // texels a radian.
-        let finest = real(width).max(2.0 * real(height));
-        let per_texel = finest / (std::f64::consts::PI * real(size));
         let map = LatLong {
             width,
             height,
             texels,
             on_poles: envmap.is_some(),
         };
-        return Ok(resample(size, samples_per_side(per_texel), |face, u, v| {
-            map.lookup(direction(face, u, v))
-        }));
+        return Ok(map.to_cube(size));
     };
     let cube = cut(&texels, width, side, arrangement);
     drop(texels);

@@ -1,7 +1,7 @@
 //! PNG and JPEG: code values 0..1 as stored, 8 or 16 bits; colour profiles and gamma chunks are
 //! ignored (sRGB is taken for granted by whoever wants light).
 
-use super::load::LoadOptions;
+use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
 use crate::error::InputError;
@@ -47,7 +47,9 @@ pub(super) fn read(
             .set_limits(limits())
             .map_err(|e| damaged(e.to_string()))?;
         let colour = decoder.color_type();
-        let mut buffer = vec![0; usize::try_from(total).unwrap_or(0)];
+        let size = usize::try_from(total).unwrap_or(usize::MAX);
+        let mut buffer = room(size, subject)?;
+        buffer.resize(size, 0);
         decoder
             .read_image(&mut buffer)
             .map_err(|e| damaged(e.to_string()))?;
@@ -61,16 +63,20 @@ pub(super) fn read(
         ColorType::Rgba8 | ColorType::Rgba16 => &["R", "G", "B", "A"],
         other => return Err(damaged(format!("samples of kind {other:?}"))),
     };
-    let bytes_per_sample = usize::from(colour.bytes_per_pixel()) / names.len();
-    let mut planes = vec![Vec::new(); names.len()];
-    for pixel in buffer.chunks_exact(usize::from(colour.bytes_per_pixel())) {
-        for (plane, sample) in planes.iter_mut().zip(pixel.chunks_exact(bytes_per_sample)) {
-            plane.push(match *sample {
+    let stride = usize::from(colour.bytes_per_pixel());
+    let bytes_per_sample = stride / names.len();
+    let mut planes = Vec::new();
+    for index in 0..names.len() {
+        let mut plane = room(buffer.len() / stride, subject)?;
+        let at = index * bytes_per_sample;
+        plane.extend(buffer.chunks_exact(stride).map(|pixel| {
+            match pixel[at..at + bytes_per_sample] {
                 [a, b] => f32::from(u16::from_ne_bytes([a, b])) / 65535.0,
                 [a, ..] => f32::from(a) / 255.0,
                 [] => 0.0,
-            });
-        }
+            }
+        }));
+        planes.push(plane);
     }
     if width == 0 || height == 0 {
         return Err(damaged("no pixels".to_owned()));

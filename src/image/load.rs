@@ -158,17 +158,14 @@ pub fn load_environment(
         }
         samples
     };
-    let texels: Vec<[f32; 3]> = match colour {
-        Colour::Grey(y) => take(y).into_iter().map(|v| [v; 3]).collect(),
+    let mut texels: Vec<[f32; 3]> = room(planar.width * planar.height, &subject)?;
+    match colour {
+        Colour::Grey(y) => texels.extend(take(y).into_iter().map(|v| [v; 3])),
         Colour::Rgb([r, g, b]) => {
             let (r, g, b) = (take(r), take(g), take(b));
-            r.into_iter()
-                .zip(g)
-                .zip(b)
-                .map(|((r, g), b)| [r, g, b])
-                .collect()
+            texels.extend(r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]));
         }
-    };
+    }
     let picture = EnvPicture {
         width: planar.width,
         height: planar.height,
@@ -177,6 +174,23 @@ pub fn load_environment(
     };
     let level0 = to_cube(picture, options.face_size, &subject)?;
     Ok((mips::build_mips(level0), cleaned))
+}
+
+/// An empty vector with room for `n`, or an error where memory does not suffice.
+pub(super) fn room<T>(n: usize, subject: &str) -> Result<Vec<T>, InputError> {
+    let mut out = Vec::new();
+    out.try_reserve_exact(n).map_err(|_| {
+        InputError::new(
+            subject,
+            "an image that fits into memory",
+            format!(
+                "one that needs another {} MiB",
+                n * size_of::<T>() / (1 << 20)
+            ),
+            "scale the image down",
+        )
+    })?;
+    Ok(out)
 }
 
 fn only(levels: Vec<Planar>, path: &Path) -> Result<Planar, InputError> {

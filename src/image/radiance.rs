@@ -2,7 +2,7 @@
 //!
 //! Values are mantissa · 2^(exponent − 136). `EXPOSURE` and colour corrections are not applied.
 
-use super::load::LoadOptions;
+use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
 use crate::error::InputError;
@@ -29,32 +29,32 @@ pub(super) fn read(
         )
         .at("pixels"));
     }
-    let decode = || -> image::ImageResult<(u32, u32, Vec<u8>)> {
+    let size = usize::try_from(12 * w * h).unwrap_or(usize::MAX);
+    let mut buffer: Vec<u8> = room(size, subject)?;
+    let decode = || -> image::ImageResult<bool> {
         let decoder = HdrDecoder::new_nonstrict(bytes)?;
-        let (dw, dh) = decoder.dimensions();
-        let size = if (dw, dh) == (width, height) {
-            usize::try_from(decoder.total_bytes()).unwrap_or(0)
-        } else {
-            0
-        };
-        let mut buffer = vec![0; size];
-        if size > 0 {
-            decoder.read_image(&mut buffer)?;
+        if decoder.dimensions() != (width, height) {
+            return Ok(false);
         }
-        Ok((dw, dh, buffer))
+        buffer.resize(size, 0);
+        decoder.read_image(&mut buffer)?;
+        Ok(true)
     };
-    let (dw, dh, buffer) = guarded(decode)
+    let agrees = guarded(decode)
         .and_then(|result| result.map_err(|e| e.to_string()))
         .map_err(|e| damaged(subject, "an intact Radiance file", e).at("pixels"))?;
-    if (dw, dh) != (width, height) {
-        let found = format!("{dw}x{dh} and {width}x{height}");
+    if !agrees {
+        let found = "two readings that differ";
         return Err(damaged(subject, "one resolution", found).at("header"));
     }
-    let mut planes = [const { Vec::new() }; 3];
-    for pixel in buffer.chunks_exact(12) {
-        for (plane, sample) in planes.iter_mut().zip(pixel.chunks_exact(4)) {
-            plane.push(f32::from_ne_bytes(sample.try_into().unwrap_or_default()));
-        }
+    let mut planes = Vec::new();
+    for offset in [0, 4, 8] {
+        let mut plane = room(size / 12, subject)?;
+        plane.extend(buffer.chunks_exact(12).map(|pixel| {
+            let sample: [u8; 4] = pixel[offset..offset + 4].try_into().unwrap_or_default();
+            f32::from_ne_bytes(sample)
+        }));
+        planes.push(plane);
     }
     Ok(Planar {
         width: width as usize,

@@ -23,28 +23,31 @@ pub(super) fn real(n: usize) -> f64 {
     f64::from(u32::try_from(n).unwrap_or(u32::MAX))
 }
 
+/// u or v of the centres of `side` steps in each of `size` texels, −1..1.
+pub(super) fn centres(size: usize, side: usize) -> Vec<f64> {
+    let steps = size * side;
+    let centre = |k| (2.0 * real(k) + 1.0) / real(steps) - 1.0;
+    (0..steps).map(centre).collect()
+}
+
 /// Fills a cube of `size`: each texel is the mean of `side`² look-ups at the centres of its
 /// sub-squares. `lookup` takes face, u, v with u and v in −1..1.
 pub(super) fn resample<F>(size: usize, side: usize, lookup: F) -> CubeLevel
 where
     F: Fn(usize, f64, f64) -> [f64; 3] + Sync,
 {
-    let position = |texel: usize, sub: usize| {
-        let steps = real(size * side);
-        (2.0 * real(texel * side + sub) + 1.0) / steps - 1.0
-    };
+    let centres = centres(size, side);
     let count = real(side * side);
     let texels = (0..6 * size)
         .into_par_iter()
         .flat_map_iter(|row| {
             let (face, y) = (row / size, row % size);
-            let lookup = &lookup;
+            let (lookup, centres) = (&lookup, &centres);
             (0..size).map(move |x| {
                 let mut total = [0.0; 3];
-                for j in 0..side {
-                    let v = position(y, j);
-                    for i in 0..side {
-                        let colour = lookup(face, position(x, i), v);
+                for v in &centres[y * side..(y + 1) * side] {
+                    for u in &centres[x * side..(x + 1) * side] {
+                        let colour = lookup(face, *u, *v);
                         for (t, c) in total.iter_mut().zip(colour) {
                             *t += c;
                         }
