@@ -46,12 +46,15 @@ impl LatLong {
     /// images of these.
     pub(super) fn to_cube(&self, size: usize) -> CubeLevel {
         // In the middle of a face a texel spans 2/size radians; the map has width/2π columns and
-        // height/π rows a radian.
-        let finest = real(self.width).max(2.0 * real(self.height));
+        // height/π rows a radian. The second bound only matters far from 2:1: it keeps the look-ups
+        // below 6 a pixel of the map.
+        let (w, h) = (real(self.width), real(self.height));
+        let finest = w.max(2.0 * h).min(PI / 2.0 * (w * h).sqrt());
         let side = samples_per_side(finest / (PI * real(size)));
         let centres = centres(size, side);
         let turns: Vec<f64> = centres.iter().map(|u| libm::atan(*u) / TAU).collect();
-        let rows: Vec<Vec<[[f64; 3]; 6]>> = (0..size)
+        let count = real(side * side);
+        let rows: Vec<Vec<[[f32; 3]; 6]>> = (0..size)
             .into_par_iter()
             .map(|y| {
                 let mut sums = vec![[[0.0; 3]; 6]; size];
@@ -60,13 +63,12 @@ impl LatLong {
                         self.add(&mut sums[k / side], *u, *v, *turn);
                     }
                 }
-                sums
+                let mean = |sum: [f64; 3]| sum.map(|c| narrow(c / count));
+                sums.into_iter().map(|faces| faces.map(mean)).collect()
             })
             .collect();
-        let count = real(side * side);
         let texels = (0..6)
-            .flat_map(|face| rows.iter().flatten().map(move |sums| sums[face]))
-            .map(|sum| sum.map(|c| narrow(c / count)))
+            .flat_map(|face| rows.iter().flatten().map(move |faces| faces[face]))
             .collect();
         CubeLevel { size, texels }
     }

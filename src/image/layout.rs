@@ -10,6 +10,7 @@
 
 use super::cubes::{Arrangement, cut, lookup_at_halves, lookup_on_edges};
 use super::latlong::LatLong;
+use super::load::LoadOptions;
 use super::planar::EnvLayout;
 use super::resample::{real, resample, samples_per_side};
 use crate::cube::CubeLevel;
@@ -31,15 +32,15 @@ fn latlong_face_size(height: usize) -> usize {
 /// Resamples a picture into level 0 of a cube.
 ///
 /// A lat-long map becomes faces of the next power of two ≥ height/2, a cube keeps its size, unless
-/// `face_size` says otherwise. Every texel is the mean of at least 4×4 bilinear look-ups (more where
+/// the options say otherwise. Every texel is the mean of at least 4×4 bilinear look-ups (more where
 /// the source is finer, see `samples_per_side`); a GPU-style cube that keeps its size is copied.
 ///
 /// # Errors
 ///
-/// A shape that is none of the above, and a `face_size` of 0.
+/// A shape that is none of the above, and a face size of 0 or beyond the limit.
 pub(super) fn to_cube(
     picture: EnvPicture,
-    face_size: Option<usize>,
+    options: &LoadOptions,
     subject: &str,
 ) -> Result<CubeLevel, InputError> {
     let EnvPicture {
@@ -48,14 +49,6 @@ pub(super) fn to_cube(
         texels,
         envmap,
     } = picture;
-    if face_size == Some(0) {
-        return Err(InputError::new(
-            "--face-size",
-            "a size of at least 1",
-            "0",
-            "leave it out to take the size from the map",
-        ));
-    }
     let arrangement = match (envmap, width, height) {
         (Some(EnvLayout::LatLong), ..) => None,
         (Some(EnvLayout::Cube), w, h) if h == 6 * w => Some((Arrangement::OpenExr, w)),
@@ -68,7 +61,8 @@ pub(super) fn to_cube(
         (None, ..) => return Err(shape(subject, width, height, false)),
     };
     let Some((arrangement, side)) = arrangement else {
-        let size = face_size.unwrap_or_else(|| latlong_face_size(height));
+        let size = options.face_size.unwrap_or(latlong_face_size(height));
+        options.admit_cube(size)?;
         let map = LatLong {
             width,
             height,
@@ -79,7 +73,8 @@ pub(super) fn to_cube(
     };
     let cube = cut(&texels, width, side, arrangement);
     drop(texels);
-    let size = face_size.unwrap_or(side);
+    let size = options.face_size.unwrap_or(side);
+    options.admit_cube(size)?;
     let samples = samples_per_side(real(side) / real(size));
     Ok(if arrangement == Arrangement::OpenExr {
         resample(size, samples, |face, u, v| {

@@ -5,7 +5,7 @@ use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
 use crate::error::InputError;
-use image::{ColorType, ImageDecoder, ImageReader, Limits};
+use image::{ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
 
 /// Reads planes R, G, B or Y, and A where there is one.
@@ -56,15 +56,18 @@ pub(super) fn read(
         Ok((width, height, colour, buffer))
     });
     let (width, height, colour, buffer) = result.map_err(damaged)??;
-    let names: &[&str] = match colour {
-        ColorType::L8 | ColorType::L16 => &["Y"],
-        ColorType::La8 | ColorType::La16 => &["Y", "A"],
-        ColorType::Rgb8 | ColorType::Rgb16 => &["R", "G", "B"],
-        ColorType::Rgba8 | ColorType::Rgba16 => &["R", "G", "B", "A"],
-        other => return Err(damaged(format!("samples of kind {other:?}"))),
+    // `image` decodes these two formats to 8 or 16 bits only.
+    let names: &[&str] = match colour.channel_count() {
+        1 => &["Y"],
+        2 => &["Y", "A"],
+        3 => &["R", "G", "B"],
+        _ => &["R", "G", "B", "A"],
     };
     let stride = usize::from(colour.bytes_per_pixel());
     let bytes_per_sample = stride / names.len();
+    if width == 0 || height == 0 || !(1..=2).contains(&bytes_per_sample) {
+        return Err(damaged(format!("{width}x{height} pixels of {colour:?}")));
+    }
     let mut planes = Vec::new();
     for index in 0..names.len() {
         let mut plane = room(buffer.len() / stride, subject)?;
@@ -77,9 +80,6 @@ pub(super) fn read(
             }
         }));
         planes.push(plane);
-    }
-    if width == 0 || height == 0 {
-        return Err(damaged("no pixels".to_owned()));
     }
     Ok(Planar {
         width: width as usize,

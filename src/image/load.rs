@@ -13,7 +13,7 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Largest image in MiB (2²⁰ bytes) of uncompressed pixels: EXR as stored, Radiance as 12 bytes
-    /// a pixel, PNG and JPEG as decoded. A file may have four times that.
+    /// a pixel, PNG and JPEG as decoded. A file, and level 0 of a cube as f32, may have four times that.
     pub max_image_mb: u64,
     /// Texels along a cube's edge; the map's own choice where absent.
     pub face_size: Option<usize>,
@@ -33,6 +33,25 @@ impl LoadOptions {
     #[must_use]
     pub fn max_bytes(&self) -> u64 {
         self.max_image_mb.saturating_mul(1 << 20)
+    }
+
+    /// Refuses a cube whose level 0 as f32 RGB (72 bytes a texel of a face) exceeds four times the
+    /// limit, or that has no texels.
+    pub(super) fn admit_cube(&self, size: usize) -> Result<(), InputError> {
+        let size = size as u128;
+        let bytes = size.saturating_mul(size).saturating_mul(72);
+        if size > 0 && bytes <= 4 * u128::from(self.max_bytes()) {
+            return Ok(());
+        }
+        let mb = self.max_image_mb.saturating_mul(4);
+        Err(InputError::new(
+            "--face-size",
+            format!(
+                "faces of at least one texel that fit into {mb} MiB, four times --max-image-mb"
+            ),
+            format!("{size}x{size} texels"),
+            "ask for another size with --face-size",
+        ))
     }
 
     /// Refuses `bytes` of pixels beyond the limit.
@@ -132,17 +151,15 @@ pub fn load_planar_levels(path: &Path, options: &LoadOptions) -> Result<Vec<Plan
 ///
 /// # Errors
 ///
-/// As [`load_planar_levels`], and where colours or layout are not understood, or the cube of an
-/// explicit `face_size` exceeds the limit (72 bytes per texel of a face).
+/// As [`load_planar_levels`], and where colours or layout are not understood, or the cube of
+/// `face_size` (or of the map's own choice) exceeds four times the limit.
 pub fn load_environment(
     path: &Path,
     options: &LoadOptions,
 ) -> Result<(CubeMap, Cleaned), InputError> {
     let subject = path.display().to_string();
     if let Some(size) = options.face_size {
-        let what = format!("a cube of {size}x{size} faces");
-        let bytes = 72 * (size as u128) * (size as u128);
-        options.admit("--face-size", bytes, &what)?;
+        options.admit_cube(size)?;
     }
     let mut planar = load_planar(path, options)?;
     let colour = planar.colour(&subject)?;
@@ -172,7 +189,7 @@ pub fn load_environment(
         texels,
         envmap: planar.envmap,
     };
-    let level0 = to_cube(picture, options.face_size, &subject)?;
+    let level0 = to_cube(picture, options, &subject)?;
     Ok((mips::build_mips(level0), cleaned))
 }
 
@@ -185,7 +202,7 @@ pub(super) fn room<T>(n: usize, subject: &str) -> Result<Vec<T>, InputError> {
             "an image that fits into memory",
             format!(
                 "one that needs another {} MiB",
-                n * size_of::<T>() / (1 << 20)
+                n.saturating_mul(size_of::<T>()) >> 20
             ),
             "scale the image down",
         )

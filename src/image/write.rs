@@ -139,9 +139,12 @@ pub fn write_png(
         .flatten()
         .map(|linear| code(linear * scale))
         .collect();
-    let to_io = |e: png::EncodingError| match e {
-        png::EncodingError::IoError(e) => e,
-        other => Error::other(other.to_string()),
+    let to_io = |e: png::EncodingError| {
+        if let png::EncodingError::IoError(e) = e {
+            e
+        } else {
+            Error::other(e.to_string())
+        }
     };
     let mut writer = encoder.write_header().map_err(to_io)?;
     writer.write_image_data(&bytes).map_err(to_io)?;
