@@ -8,6 +8,7 @@ pub use rtl_model::policy;
 pub mod cube;
 pub mod error;
 pub mod fragment;
+pub mod image;
 pub mod picture;
 pub mod report;
 pub mod settings;

@@ -1,0 +1,302 @@
+//! OpenEXR to planes: chunks are found here, decompressed by `exr`, and placed here.
+
+use super::exr_header::{Blocks, Part, bad, check, scan};
+use super::load::{LoadOptions, room};
+use super::planar::Planar;
+use super::quiet::guarded;
+use crate::error::InputError;
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{
+    Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates,
+};
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::meta::attribute::SampleType;
+use half::f16;
+use rayon::prelude::*;
+
+/// Which levels are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Want {
+    /// Level 0.
+    Top,
+    /// Every level of a mip map.
+    AllMips,
+}
+
+/// Reads the first part.
+pub(super) fn read(
+    bytes: &[u8],
+    subject: &str,
+    options: &LoadOptions,
+    want: Want,
+) -> Result<Vec<Planar>, InputError> {
+    let raw = scan(bytes, subject)?;
+    let parts = check(&raw, bytes.len(), subject, options)?;
+    let decoder_error = |e: String| bad(subject, "header", "a header that the decoder takes", e);
+    let meta = guarded(|| -> exr::error::Result<MetaData> {
+        let meta = MetaData::read_from_buffered(bytes, false)?;
+        MetaData::validate(&meta.headers, false)?;
+        Ok(meta)
+    })
+    .and_then(|result| result.map_err(|e| e.to_string()))
+    .map_err(decoder_error)?;
+    let (part, header) = match (parts.first(), meta.headers.first()) {
+        (Some(part), Some(header))
+            if meta.headers.len() == parts.len()
+                && (header.layer_size.0, header.layer_size.1) == (part.width, part.height)
+                && header.channels.list.len() == part.sample_bytes.len()
+                && header.chunk_count as u128 == part.chunk_count() =>
+        {
+            (part, header)
+        }
+        _ => return Err(decoder_error("two readings that differ".to_owned())),
+    };
+    let levels = match want {
+        Want::Top => 1,
+        Want::AllMips => part.mip_levels(),
+    };
+    let chunks = collect(bytes, raw.end, part, raw.multipart(), levels, subject)?;
+    let names = header.channels.list.iter().map(|c| c.name.to_string());
+    let names: Vec<String> = names.collect();
+    let mut planes = Vec::new();
+    for level in 0..levels {
+        let [width, height] = part.level_size(level);
+        let mut channels = Vec::new();
+        for name in &names {
+            let mut plane = room(width * height, subject)?;
+            plane.resize(width * height, 0.0);
+            channels.push((name.clone(), plane));
+        }
+        planes.push(Planar {
+            width,
+            height,
+            channels,
+            linear: true,
+            envmap: part.envmap,
+        });
+    }
+    let kinds: Vec<SampleType> = header.channels.list.iter().map(|c| c.sample_type).collect();
+    // A few chunks at a time: what is decompressed and not yet placed stays small.
+    let mut chunks = chunks.into_iter().peekable();
+    while chunks.peek().is_some() {
+        let batch: Vec<Chunk> = chunks
+            .by_ref()
+            .take(4 * rayon::current_num_threads())
+            .collect();
+        let blocks: Vec<Result<UncompressedBlock, String>> = batch
+            .into_par_iter()
+            .map(|chunk| {
+                guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false))
+                    .and_then(|result| result.map_err(|e| e.to_string()))
+            })
+            .collect();
+        for block in blocks {
+            let block = block.map_err(|e| bad(subject, "pixels", "intact pixel data", e))?;
+            place(&block, &kinds, &mut planes)
+                .ok_or_else(|| bad(subject, "pixels", "chunks inside the image", "one outside"))?;
+        }
+    }
+    Ok(planes)
+}
+
+/// Finds the chunks of the wanted levels by the first part's table and copies their bytes.
+fn collect(
+    bytes: &[u8],
+    table: usize,
+    part: &Part,
+    multipart: bool,
+    levels: u32,
+    subject: &str,
+) -> Result<Vec<Chunk>, InputError> {
+    let damaged = |found: String| bad(subject, "chunk table", "every chunk once", found);
+    let count = usize::try_from(part.chunk_count()).unwrap_or(usize::MAX);
+    let offsets = bytes
+        .get(table..)
+        .unwrap_or_default()
+        .chunks_exact(8)
+        .take(count);
+    let mut missing: std::collections::BTreeSet<[usize; 3]> = (0..levels)
+        .flat_map(|level| {
+            let [nx, ny] = part.grid(part.level_size(level));
+            (0..ny).flat_map(move |y| (0..nx).map(move |x| [level as usize, y, x]))
+        })
+        .collect();
+    let mut chunks = Vec::with_capacity(missing.len());
+    for (index, offset) in offsets.enumerate() {
+        let offset = u64::from_le_bytes(offset.try_into().unwrap_or_default());
+        let chunk = usize::try_from(offset)
+            .ok()
+            .and_then(|offset| Words(bytes.get(offset..)?).chunk(part, multipart))
+            .ok_or_else(|| damaged(format!("chunk {index} outside the file or cut off")))?;
+        let (at, chunk) = chunk;
+        let wanted = at[0] < levels as usize;
+        if !wanted {
+            continue;
+        }
+        if !missing.remove(&at) {
+            return Err(damaged(format!(
+                "a chunk twice or outside the image: {at:?}"
+            )));
+        }
+        if let CompressedBlock::ScanLine(CompressedScanLineBlock {
+            compressed_pixels_le: data,
+            ..
+        })
+        | CompressedBlock::Tile(CompressedTileBlock {
+            compressed_pixels_le: data,
+            ..
+        }) = &chunk.compressed_block
+            && matches!(part.compression, 8 | 9)
+        {
+            let size = part.block_size(at);
+            dwa_counters(data, part, size)
+                .ok_or_else(|| bad(subject, "pixels", "intact DWA data", "impossible sizes"))?;
+        }
+        chunks.push(chunk);
+    }
+    match missing.first() {
+        None => Ok(chunks),
+        Some(at) => Err(damaged(format!("none at level, row, column {at:?}"))),
+    }
+}
+
+/// A little-endian reader over what is left.
+struct Words<'a>(&'a [u8]);
+
+impl<'a> Words<'a> {
+    fn word(&mut self) -> Option<i32> {
+        let (word, rest) = self.0.split_first_chunk::<4>()?;
+        self.0 = rest;
+        Some(i32::from_le_bytes(*word))
+    }
+
+    fn index(&mut self) -> Option<usize> {
+        usize::try_from(self.word()?).ok()
+    }
+
+    fn data(&mut self) -> Option<&'a [u8]> {
+        let size = self.index()?;
+        self.0.get(..size)
+    }
+
+    /// A chunk of the first part and its [level, row, column].
+    ///
+    /// Rip-map levels other than the diagonal are given level 63, which is never wanted.
+    fn chunk(mut self, part: &Part, multipart: bool) -> Option<([usize; 3], Chunk)> {
+        if multipart && self.word()? != 0 {
+            return None;
+        }
+        let (at, compressed_block) = match part.blocks {
+            Blocks::Lines(rows) => {
+                let y = self.word()?;
+                let row = usize::try_from(i64::from(y) - part.top).ok()?;
+                if row % rows != 0 {
+                    return None;
+                }
+                let block = CompressedScanLineBlock {
+                    y_coordinate: y,
+                    compressed_pixels_le: self.data()?.to_vec(),
+                };
+                ([0, row / rows, 0], CompressedBlock::ScanLine(block))
+            }
+            Blocks::Tiles { .. } => {
+                let [x, y, lx, ly] = [self.index()?, self.index()?, self.index()?, self.index()?];
+                if lx > 31 || ly > 31 {
+                    return None;
+                }
+                let level = if lx == ly { lx } else { 63 };
+                let block = CompressedTileBlock {
+                    coordinates: TileCoordinates {
+                        tile_index: Vec2(x, y),
+                        level_index: Vec2(lx, ly),
+                    },
+                    compressed_pixels_le: self.data()?.to_vec(),
+                };
+                ([level, y, x], CompressedBlock::Tile(block))
+            }
+        };
+        let chunk = Chunk {
+            layer_index: 0,
+            compressed_block,
+        };
+        Some((at, chunk))
+    }
+}
+
+impl Part {
+    /// Pixels of the block at [level, row, column], which lies inside the image.
+    fn block_size(&self, [level, row, column]: [usize; 3]) -> [usize; 2] {
+        let [width, height] = self.level_size(u32::try_from(level).unwrap_or(0));
+        let [bw, bh] = match self.blocks {
+            Blocks::Lines(rows) => [width, rows],
+            Blocks::Tiles { size, .. } => size,
+        };
+        [
+            bw.min(width.saturating_sub(column * bw)),
+            bh.min(height.saturating_sub(row * bh)),
+        ]
+    }
+}
+
+/// Whether the sizes that a DWA chunk claims are possible for its block.
+///
+/// The decoder allocates what they claim, so a forged chunk could ask for exabytes.
+fn dwa_counters(data: &[u8], part: &Part, [width, height]: [usize; 2]) -> Option<()> {
+    let raw = width * height * part.sample_bytes.iter().sum::<usize>();
+    if data.is_empty() || data.len() == raw {
+        return Some(());
+    }
+    let counter = |i: usize| {
+        let bytes = data.get(8 * i..8 * i + 8)?;
+        usize::try_from(u64::from_le_bytes(bytes.try_into().ok()?)).ok()
+    };
+    let blocks = width.div_ceil(8) * height.div_ceil(8) * part.sample_bytes.len();
+    // version, unknown raw, unknown, AC, DC, RLE, RLE unpacked, RLE raw, AC count, DC count, kind.
+    // RLE tokens take at most 2 bytes a byte; a DCT block has 63 AC values and one DC.
+    let most = [
+        (1, raw),
+        (6, 2 * raw + 16),
+        (7, raw),
+        (8, 64 * blocks),
+        (9, blocks),
+    ];
+    let packed = (2..=5).try_fold(0usize, |sum, i| sum.checked_add(counter(i)?))?;
+    (packed <= data.len()
+        && most
+            .iter()
+            .all(|(i, most)| counter(*i).is_some_and(|n| n <= *most)))
+    .then_some(())
+}
+
+/// Copies a block's samples into the planes of its level.
+fn place(block: &UncompressedBlock, kinds: &[SampleType], levels: &mut [Planar]) -> Option<()> {
+    let index = block.index;
+    let level = levels.get_mut(index.level.0)?;
+    let (x, y) = (index.pixel_position.0, index.pixel_position.1);
+    let (width, height) = (index.pixel_size.0, index.pixel_size.1);
+    if x + width > level.width || y + height > level.height {
+        return None;
+    }
+    let mut data = block.data.as_slice();
+    for row in y..y + height {
+        for (kind, (_, plane)) in kinds.iter().zip(&mut level.channels) {
+            let (line, rest) = data.split_at_checked(width * kind.bytes_per_sample())?;
+            data = rest;
+            let start = row * level.width + x;
+            let out = plane.get_mut(start..start + width)?;
+            let samples = line.chunks_exact(kind.bytes_per_sample());
+            for (o, s) in out.iter_mut().zip(samples) {
+                *o = match (kind, s) {
+                    (SampleType::F16, [a, b]) => f16::from_ne_bytes([*a, *b]).to_f32(),
+                    (SampleType::F32, [a, b, c, d]) => f32::from_ne_bytes([*a, *b, *c, *d]),
+                    (SampleType::U32, [a, b, c, d]) => {
+                        super::mips::narrow(f64::from(u32::from_ne_bytes([*a, *b, *c, *d])))
+                    }
+                    _ => return None,
+                };
+            }
+        }
+    }
+    Some(())
+}

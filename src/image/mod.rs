@@ -1,0 +1,31 @@
+//! Pictures and textures in and out: EXR, Radiance HDR, PNG and JPEG to cube maps or planes of
+//! floats; linear EXR and sRGB PNG out; files that appear whole or not at all.
+//!
+//! Every reader treats its file as hostile: sizes are checked against the limit and against the
+//! file's own length before memory is taken for them, and a fault inside a decoder becomes an
+//! [`InputError`](crate::error::InputError).
+
+mod cubes;
+mod exr_header;
+mod exr_in;
+mod latlong;
+mod ldr;
+mod radiance;
+mod resample;
+
+pub mod layout;
+pub mod load;
+pub mod mips;
+pub mod planar;
+pub mod quiet;
+pub mod srgb;
+pub mod whole;
+pub mod write;
+
+pub use load::{Cleaned, LoadOptions, load_environment, load_planar, load_planar_levels};
+pub use mips::build_mips;
+pub use planar::{EnvLayout, Planar};
+pub use quiet::install_quiet_panic_hook;
+pub use srgb::{srgb_decode, srgb_encode};
+pub use whole::WholeFile;
+pub use write::{Sample, write_exr, write_png};

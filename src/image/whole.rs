@@ -1,0 +1,149 @@
+//! Output files that appear whole or not at all.
+
+use crate::error::InputError;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// A file under construction: a temporary beside its final name, renamed by [`WholeFile::commit`]
+/// and removed when dropped without it.
+#[derive(Debug)]
+pub struct WholeFile {
+    path: PathBuf,
+    writer: BufWriter<NamedTempFile>,
+}
+
+impl WholeFile {
+    /// Creates the temporary at once, so that a bad path fails before any work is done.
+    ///
+    /// # Errors
+    ///
+    /// A folder that does not exist or cannot be written to, and a path that is itself a folder.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, InputError> {
+        let path = path.into();
+        if path.is_dir() {
+            return Err(unwritable(&path, "a folder"));
+        }
+        let (Some(folder), Some(_)) = (path.parent(), path.file_name()) else {
+            return Err(unwritable(&path, "no file name"));
+        };
+        let folder = if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            folder
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".tapline-").suffix(".tmp");
+        // A temporary is private by default; the result should get the rights of any new file.
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder
+            .tempfile_in(folder)
+            .map_err(|e| unwritable(&path, &e.to_string()))?;
+        Ok(Self {
+            path,
+            writer: BufWriter::new(file),
+        })
+    }
+
+    /// The final name.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the contents go.
+    pub fn writer(&mut self) -> &mut impl Write {
+        &mut self.writer
+    }
+
+    /// Lets `write` fill the file and names the file in any error.
+    ///
+    /// # Errors
+    ///
+    /// What writing failed with, a full disk for instance.
+    pub fn write_with(
+        &mut self,
+        write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> std::io::Result<()>,
+    ) -> Result<(), InputError> {
+        write(&mut self.writer).map_err(|e| unwritable(&self.path, &e.to_string()))
+    }
+
+    /// Gives the file its final name, replacing what was there.
+    ///
+    /// # Errors
+    ///
+    /// What flushing or renaming failed with; the temporary is removed then.
+    pub fn commit(self) -> Result<File, InputError> {
+        let Self { path, writer } = self;
+        let file = writer
+            .into_inner()
+            .map_err(|e| unwritable(&path, &e.error().to_string()))?;
+        file.persist(&path)
+            .map_err(|e| unwritable(&path, &e.error.to_string()))
+    }
+}
+
+fn unwritable(path: &Path, found: &str) -> InputError {
+    InputError::new(
+        path.display().to_string(),
+        "a path that can be written",
+        found,
+        "check that the folder exists and has room, and that you may write there",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_appears_only_when_committed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.txt");
+        let mut file = WholeFile::create(&path).unwrap();
+        file.writer().write_all(b"whole").unwrap();
+        assert!(!path.exists());
+        file.commit().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+        assert_eq!(names(folder.path()), ["out.txt"]);
+    }
+
+    #[test]
+    fn a_dropped_file_leaves_nothing_and_keeps_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.txt");
+        std::fs::write(&path, "old").unwrap();
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_with(|w| w.write_all(b"new")).unwrap();
+        drop(file);
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["out.txt"]);
+    }
+
+    #[test]
+    fn bad_paths_fail_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        for path in [
+            folder.path().to_owned(),
+            folder.path().join("none/out.txt"),
+            "/".into(),
+        ] {
+            assert!(WholeFile::create(path).is_err());
+        }
+        assert!(names(folder.path()).is_empty());
+    }
+}
