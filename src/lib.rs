@@ -9,5 +9,6 @@ pub mod cube;
 pub mod error;
 pub mod fragment;
 pub mod picture;
+pub mod reference;
 pub mod settings;
 pub mod stage;
