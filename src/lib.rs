@@ -10,6 +10,7 @@ pub mod error;
 pub mod fragment;
 pub mod image;
 pub mod picture;
+pub mod reference;
 pub mod report;
 pub mod settings;
 pub mod stage;

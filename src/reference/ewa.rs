@@ -1,0 +1,171 @@
+//! Elliptical Gaussian over level-0 texels: what a footprint of the same K asks of an ideal filter.
+
+use std::f64::consts::PI;
+
+use super::address::Address;
+use super::env::Env;
+use super::real::Real;
+use super::texture::Texture;
+use crate::cube::{direction, face_uv};
+
+/// Most lattice points that a footprint may take before the lattice becomes coarser.
+pub const MOST_POINTS: f64 = 65_536.0;
+
+/// The filtered colour and what it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ewa {
+    /// Linear RGB.
+    pub color: [f64; 3],
+    /// The lattice's level: 0 unless the ellipse holds more than [`MOST_POINTS`] texels. Beyond the
+    /// chain the lattice spans several texels of the last level.
+    pub level: u32,
+    /// Lattice points inside the ellipse.
+    pub points: u64,
+}
+
+/// The colour of [`ewa_counted`].
+#[must_use]
+pub fn ewa(env: &Env, texture: &Texture) -> [f64; 3] {
+    ewa_counted(env, texture).color
+}
+
+/// Mean of the texels around (u, v), weighted by a Gaussian of covariance K/12 + h²/6·I, h = 2/N the
+/// side of a texel: K/12 is the variance of a box as wide as the footprint, h²/6 that of a texel's
+/// box and of the bilinear tent of a reconstruction's square. Cut where x·Σ⁻¹·x > 9 (3σ), normalised.
+///
+/// Works in the plane of the fragment's face. Points of the lattice (i + ½)·h − 1 inside the face are
+/// texels; outside, the direction (1, u, v) chooses face and coordinates anew and is read bilinearly.
+/// Where the ellipse would hold more than [`MOST_POINTS`] points, the first coarser mip level that
+/// does not takes the place of level 0 (texels, N and h alike); 3σ of the finest is 1.2 texels, so
+/// there is always a point.
+#[must_use]
+pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
+    let (lattice, form) = fitting_lattice(env.k, texture);
+    let centre = [env.u, env.v].map(|x| (x + 1.0) / lattice.spacing - 0.5);
+    let [_, b, c] = form.covariance;
+    let variance = form.determinant / c;
+    let mut sum = [0.0; 3];
+    let mut total = 0.0;
+    let mut points = 0;
+    let reach = 3.0 * c.sqrt();
+    for j in whole_numbers(centre[1] - reach, centre[1] + reach) {
+        let dy = j as f64 - centre[1];
+        let left = 9.0 - dy * dy / c;
+        if left < 0.0 {
+            continue;
+        }
+        let middle = centre[0] + b / c * dy;
+        let half = (left * variance).sqrt();
+        let row_weight = libm::exp(-0.5 * dy * dy / c);
+        let mut row = [0.0; 3];
+        let mut row_total = 0.0;
+        for i in whole_numbers(middle - half, middle + half) {
+            let dx = i as f64 - middle;
+            let weight = libm::exp(-0.5 * dx * dx / variance);
+            let value = lattice.value(texture, env.face, i, j);
+            row_total += weight;
+            for (sum, value) in row.iter_mut().zip(value) {
+                *sum += weight * value;
+            }
+            points += 1;
+        }
+        total += row_weight * row_total;
+        for (sum, row) in sum.iter_mut().zip(row) {
+            *sum += row_weight * row;
+        }
+    }
+    Ewa {
+        color: sum.map(|sum| if total > 0.0 { sum / total } else { 0.0 }),
+        level: lattice.level,
+        points,
+    }
+}
+
+/// The whole numbers from `low` to `high`.
+fn whole_numbers(low: f64, high: f64) -> std::ops::RangeInclusive<i64> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "bounded by the lattice: below 2^17 from a centre below 2^32; the cast saturates"
+    )]
+    let (low, high) = (low.ceil() as i64, high.floor() as i64);
+    low..=high
+}
+
+/// Σ in lattice units.
+struct Form {
+    covariance: [f64; 3],
+    determinant: f64,
+}
+
+/// A lattice of sample points in the plane of a face.
+struct Lattice {
+    level: u32,
+    /// Level of the chain whose texels are read.
+    mip: usize,
+    /// Texels along an edge where lattice points are texels, else 0.
+    size: i64,
+    /// From point to point, in u, v.
+    spacing: f64,
+}
+
+impl Lattice {
+    fn new(level: u32, texture: &Texture) -> Self {
+        let last = texture.levels() - 1;
+        let mip = (level as usize).min(last);
+        let size = texture.level_size(mip);
+        let beyond = i32::try_from(level as usize - mip).unwrap_or(i32::MAX);
+        Self {
+            level,
+            mip,
+            size: if beyond == 0 {
+                i64::try_from(size).unwrap_or(i64::MAX)
+            } else {
+                0
+            },
+            spacing: libm::scalbn(2.0 / size as f64, beyond),
+        }
+    }
+
+    fn value(&self, texture: &Texture, face: usize, i: i64, j: i64) -> [f64; 3] {
+        if let (true, true, Ok(x), Ok(y)) = (
+            i < self.size,
+            j < self.size,
+            usize::try_from(i),
+            usize::try_from(j),
+        ) {
+            return texture.texel(self.mip, face, x, y);
+        }
+        let [u, v] = [i, j].map(|t| (t as f64 + 0.5) * self.spacing - 1.0);
+        let at = if u.abs() > 1.0 || v.abs() > 1.0 {
+            let (face, u, v) = face_uv(direction(face, u, v));
+            Address { face, u, v }
+        } else {
+            Address { face, u, v }
+        };
+        texture.bilinear(self.mip, at)
+    }
+}
+
+/// The finest lattice with at most [`MOST_POINTS`] points in the ellipse, and Σ in its units.
+fn fitting_lattice(k: [f64; 3], texture: &Texture) -> (Lattice, Form) {
+    // The largest K is 2^1024: its λ of 2^512 fits at the latest 512 levels beyond the chain.
+    let mut level = 0;
+    loop {
+        let lattice = Lattice::new(level, texture);
+        let [a, b, c] = k.map(|x| x / lattice.spacing / lattice.spacing / 12.0);
+        let texel = 1.0 / 6.0;
+        // det(K' + t·I) = det K' + t·tr K' + t², with det K' ≥ 0 whatever rounding did to it.
+        let own = f64::product_difference(a, c, b, b).max(0.0);
+        let determinant = own + texel * (a + c) + texel * texel;
+        let points = 9.0 * PI * determinant.sqrt();
+        if points <= MOST_POINTS || level >= 2000 {
+            let covariance = [a + texel, b, c + texel];
+            let form = Form {
+                covariance,
+                determinant,
+            };
+            return (lattice, form);
+        }
+        level += 1;
+    }
+}

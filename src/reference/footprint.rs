@@ -1,0 +1,109 @@
+//! Stage `footprint`: how many probes, how wide, how far apart.
+
+use super::flags::{Flag, Flags};
+use super::real::saturate;
+use super::tap::{Tap, put};
+use crate::policy::Count;
+use crate::stage::Stage;
+
+/// The mip chain that the footprint is measured against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chain {
+    /// Texels along an edge of level 0, at least 1.
+    pub size: usize,
+    /// Number of levels, at least 1.
+    pub levels: usize,
+}
+
+/// The policy of the probe count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// How the count follows from M/m.
+    pub count: Count,
+    /// The largest count.
+    pub max_probes: u32,
+}
+
+/// The probes of a fragment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Number of probes, at least 1.
+    pub probes: u32,
+    /// Level of detail, 0 … levels − 1.
+    pub lod: f64,
+    /// Half the way from one probe to the next, in (u, v): probe i lies at
+    /// centre + (2i + 1 − probes)·step.
+    pub step: [f64; 2],
+}
+
+/// The highest power of two that is at most `x` (x ≥ 1).
+fn power_of_two_below(x: u32) -> u32 {
+    1 << x.ilog2()
+}
+
+/// M = λ1·N/2, m = max(λ2·N/2, 1, M/most probes), count, LOD = log2 m and the step, in plain doubles
+/// from the λ that are printed (unit.md section 4).
+///
+/// Every rule widens m so that its count fits: `pow2` by the largest power of two that fits in
+/// `max_probes`, `feline` by (max + 1)/2. `feline` spaces its probes over 2(M − m) texels, ends
+/// included; the others over λ1, at the middles of equal parts.
+#[inline]
+pub fn footprint<T: Tap>(
+    lambda: [f64; 2],
+    axis: [f64; 2],
+    chain: Chain,
+    rule: Rule,
+    flags: &mut Flags,
+    tap: &mut T,
+) -> Footprint {
+    let Rule { count, max_probes } = rule;
+    let max = max_probes.max(1);
+    let texels_per_unit = chain.size as f64 / 2.0;
+    let [length, minor] = lambda.map(|x| x * texels_per_unit);
+    if length.is_infinite() || minor.is_infinite() {
+        flags.insert(Flag::LengthSaturated);
+    }
+    let [length, minor] = [length, minor].map(saturate);
+    let divisor = match count {
+        Count::Ceil | Count::Round => f64::from(max),
+        Count::Pow2 => f64::from(power_of_two_below(max)),
+        Count::Feline => (f64::from(max) + 1.0) / 2.0,
+    };
+    let width = minor.max(1.0).max(length / divisor);
+    let ratio = length / width;
+    let ceil = whole((ratio - 1.0 / 256.0).ceil(), max);
+    let probes = match count {
+        Count::Ceil => ceil,
+        Count::Round => whole((ratio + 0.5).floor(), max),
+        Count::Pow2 => ceil.min(power_of_two_below(max)).next_power_of_two(),
+        Count::Feline => whole((2.0 * ratio - 0.5).floor(), max),
+    };
+    let lod = libm::log2(width).clamp(0.0, chain.levels.saturating_sub(1) as f64);
+    let half_spacing = match count {
+        Count::Ceil | Count::Round | Count::Pow2 => lambda[0] / (2.0 * f64::from(probes)),
+        Count::Feline if probes == 1 => 0.0,
+        Count::Feline => {
+            // 2(M − m)/(P − 1) texels from probe to probe, half of it, 1/texels_per_unit each.
+            (length - width).max(0.0) / f64::from(probes - 1) / texels_per_unit
+        }
+    };
+    let step = axis.map(|x| half_spacing * x + 0.0);
+    let stage = Stage::Footprint;
+    put(tap, stage, "length", &[length]);
+    put(tap, stage, "width", &[width]);
+    put(tap, stage, "probes", &[f64::from(probes)]);
+    put(tap, stage, "lod", &[lod]);
+    put(tap, stage, "step", &step);
+    Footprint { probes, lod, step }
+}
+
+/// A whole number clamped to 1 … max.
+fn whole(x: f64, max: u32) -> u32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 1 ..= max before the cast"
+    )]
+    let count = x.clamp(1.0, f64::from(max)) as u32;
+    count
+}

@@ -1,0 +1,36 @@
+//! The float64 reference: the ENV operation in exact arithmetic, as far as doubles can print it.
+//!
+//! One file per stage, one function of the stage's name in it. [`env()`] wires them; [`ewa()`] filters
+//! the same footprint with an elliptical Gaussian. Stages are generic over [`real::Real`], so that the
+//! same lines run in plain doubles and, where inputs are extreme or terms cancel, in [`wide::Wide`].
+
+pub mod address;
+pub mod angle;
+pub mod bump;
+pub mod covariance;
+pub mod cube_face;
+pub mod eigen;
+pub mod env;
+pub mod ewa;
+pub mod filter;
+pub mod flags;
+pub mod footprint;
+pub mod jacobian;
+pub mod local_frame;
+pub mod prepared;
+pub mod real;
+pub mod reflect;
+pub mod roughness;
+pub mod tap;
+pub mod texture;
+pub mod vector;
+pub mod weights;
+pub mod wide;
+
+pub use env::{Env, env};
+pub use ewa::{Ewa, ewa, ewa_counted};
+pub use flags::{Flag, Flags};
+pub use prepared::Prepared;
+pub use tap::{NoTap, Tap};
+pub use texture::Texture;
+pub use weights::probe_weights;

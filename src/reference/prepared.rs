@@ -1,0 +1,87 @@
+//! Settings with the tables that depend on them alone.
+
+use super::angle::Angles;
+use super::real::saturate;
+use super::weights::probe_weights;
+use crate::policy::{Axis, Count, Weights};
+use crate::settings::Settings;
+
+/// Most probes that the reference takes, whatever the settings say.
+pub const MOST_PROBES: u32 = 1024;
+
+/// Settings, ready for any number of fragments.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    settings: Settings,
+    rotated: bool,
+    angles: Option<Angles>,
+    /// Weights of 1, 2, 3, … probes one after the other; empty where all weigh the same.
+    weights: Vec<u32>,
+}
+
+impl Prepared {
+    /// Builds the tables. Non-finite numbers in the settings become finite ones, and `max_probes` is
+    /// clamped to 1 … [`MOST_PROBES`]: units are checked elsewhere.
+    #[must_use]
+    pub fn new(settings: &Settings) -> Self {
+        let mut settings = settings.clone();
+        settings.max_probes = settings.max_probes.clamp(1, MOST_PROBES);
+        settings.roughness_scale = finite(settings.roughness_scale).0;
+        settings.rotation = settings.rotation.map(|row| row.map(|x| finite(x).0));
+        let identity = Settings::default().rotation;
+        let rotated = settings.rotation != identity;
+        let angles = settings
+            .reference_table
+            .filter(|_| settings.axis == Axis::EigenTable)
+            .map(Angles::new);
+        let weights = match settings.weights {
+            Weights::Box => Vec::new(),
+            Weights::Gaussian => (1..=settings.max_probes)
+                .flat_map(|count| {
+                    let end_points = settings.count == Count::Feline;
+                    probe_weights(count, settings.probe_weight_bits, end_points)
+                })
+                .collect(),
+        };
+        Self {
+            settings,
+            rotated,
+            angles,
+            weights,
+        }
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The rotation, unless it is the identity.
+    pub(super) fn rotation(&self) -> Option<&[[f64; 3]; 3]> {
+        self.rotated.then_some(&self.settings.rotation)
+    }
+
+    /// The angle table, where the axis comes from one.
+    pub(super) fn angles(&self) -> Option<&Angles> {
+        self.angles.as_ref()
+    }
+
+    /// The weight of a probe.
+    pub(super) fn weight(&self, index: u32, count: u32) -> u32 {
+        let before = count as usize * (count as usize - 1) / 2;
+        self.weights
+            .get(before + index as usize)
+            .copied()
+            .unwrap_or(1)
+    }
+}
+
+/// The value as a finite number (NaN becomes 0) without −0, and whether it had to change.
+pub(super) fn finite(value: f64) -> (f64, bool) {
+    if value.is_nan() {
+        (0.0, true)
+    } else {
+        (saturate(value), value.is_infinite())
+    }
+}

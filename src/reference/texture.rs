@@ -1,0 +1,154 @@
+//! A cube map prepared for bilinear look-ups across edges and corners.
+
+use super::address::{Address, texel_coordinate};
+use crate::cube::{CubeLevel, CubeMap, across_edge};
+
+/// What lies around the faces of one level: a ring of neighbours, and the corners' means.
+#[derive(Clone, Debug)]
+struct Border {
+    /// Index (face·4 + side)·size + t; sides: left, right, top, bottom.
+    edges: Vec<[f32; 3]>,
+    /// Index face·4 + (right) + 2·(bottom): the mean of the other three taps.
+    corners: Vec<[f64; 3]>,
+}
+
+/// A borrowed cube map and its borders.
+#[derive(Clone, Debug)]
+pub struct Texture<'a> {
+    map: &'a CubeMap,
+    borders: Vec<Border>,
+}
+
+impl Border {
+    fn new(level: &CubeLevel) -> Self {
+        let size = level.size;
+        let last = size.saturating_sub(1);
+        let tap = |face: usize, x: i64, y: i64| {
+            across_edge(size, face, x, y).map_or([0.0; 3], |(f, x, y)| level.texel(f, x, y))
+        };
+        let signed = |t: usize| i64::try_from(t).unwrap_or(i64::MAX);
+        let outside = [-1, signed(size)];
+        let mut edges = Vec::with_capacity(24 * size);
+        let mut corners = Vec::with_capacity(24);
+        for face in 0..6 {
+            for x in outside {
+                edges.extend((0..size).map(|y| tap(face, x, signed(y))));
+            }
+            for y in outside {
+                edges.extend((0..size).map(|x| tap(face, signed(x), y)));
+            }
+            for (y, inner_y) in outside.into_iter().zip([0, last]) {
+                for (x, inner_x) in outside.into_iter().zip([0, last]) {
+                    let three = [
+                        tap(face, x, signed(inner_y)),
+                        tap(face, signed(inner_x), y),
+                        level.texel(face, inner_x, inner_y),
+                    ];
+                    corners.push(std::array::from_fn(|c| {
+                        three.iter().map(|t| f64::from(t[c])).sum::<f64>() / 3.0
+                    }));
+                }
+            }
+        }
+        Self { edges, corners }
+    }
+}
+
+impl<'a> Texture<'a> {
+    /// Prepares a cube map whose levels are not empty.
+    #[must_use]
+    pub fn new(map: &'a CubeMap) -> Self {
+        Self {
+            map,
+            borders: map.levels.iter().map(Border::new).collect(),
+        }
+    }
+
+    /// Texels along an edge of level 0.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.map.size()
+    }
+
+    /// Number of levels.
+    #[must_use]
+    pub fn levels(&self) -> usize {
+        self.map.levels.len()
+    }
+
+    /// Texels along an edge of a level; beyond the chain, of the last one.
+    #[must_use]
+    pub fn level_size(&self, level: usize) -> usize {
+        self.map.levels[level.min(self.levels() - 1)].size
+    }
+
+    /// The texel of a face, inside.
+    #[inline]
+    #[must_use]
+    pub fn texel(&self, level: usize, face: usize, x: usize, y: usize) -> [f64; 3] {
+        self.map.levels[level].texel(face, x, y).map(f64::from)
+    }
+
+    /// The bilinear value at a point of the cube, with the neighbour's texels across an edge and, at a
+    /// corner, the mean of the other three. |u|, |v| ≤ 1; a level beyond the chain counts as the last.
+    #[inline]
+    #[must_use]
+    pub fn bilinear(&self, level: usize, at: Address) -> [f64; 3] {
+        let level = level.min(self.levels() - 1);
+        let size = self.map.levels[level].size;
+        let (x, fx) = cell(at.u, size);
+        let (y, fy) = cell(at.v, size);
+        let taps = if x > 0 && y > 0 && x < size && y < size {
+            let texels = &self.map.levels[level].texels;
+            let row = (at.face * size + y - 1) * size + x - 1;
+            [
+                texels[row],
+                texels[row + 1],
+                texels[row + size],
+                texels[row + size + 1],
+            ]
+            .map(|t| t.map(f64::from))
+        } else {
+            [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
+                .map(|(x, y)| self.tap(level, at.face, x, y))
+        };
+        std::array::from_fn(|c| {
+            let [top, bottom] = [(0, 1), (2, 3)].map(|(l, r)| mix(taps[l][c], taps[r][c], fx));
+            mix(top, bottom, fy)
+        })
+    }
+
+    /// The tap at column x − 1 and row y − 1 of a face, which may lie one texel outside.
+    fn tap(&self, level: usize, face: usize, x: usize, y: usize) -> [f64; 3] {
+        let size = self.map.levels[level].size;
+        let border = &self.borders[level];
+        let inside = |t: usize| t >= 1 && t <= size;
+        let far = |t: usize| usize::from(t > size);
+        match (inside(x), inside(y)) {
+            (true, true) => self.texel(level, face, x - 1, y - 1),
+            (false, true) => border.edges[(face * 4 + far(x)) * size + y - 1].map(f64::from),
+            (true, false) => border.edges[(face * 4 + 2 + far(y)) * size + x - 1].map(f64::from),
+            (false, false) => border.corners[face * 4 + far(x) + 2 * far(y)],
+        }
+    }
+}
+
+/// a + (b − a)·f: a constant stays what it is.
+#[inline]
+pub(super) fn mix(a: f64, b: f64, f: f64) -> f64 {
+    a + (b - a) * f
+}
+
+/// The left tap of a coordinate, plus one, and the weight of the right one.
+#[inline]
+fn cell(u: f64, size: usize) -> (usize, f64) {
+    let s = texel_coordinate(u, size).clamp(-0.5, size as f64 - 0.5);
+    let low = s.floor();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "low is a whole number from −1 to size − 1"
+    )]
+    let index = (low + 1.0) as usize;
+    (index, s - low)
+}

@@ -1,0 +1,190 @@
+//! Doubles of twice the precision and any exponent, for inputs that plain doubles cannot hold.
+
+use std::cmp::Ordering;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::real::{Real, saturate, two_product, two_sum};
+
+/// (high + low)·2^exponent with 1 ≤ |high| < 2 and |low| ≤ 2⁻⁵³, or zero.
+///
+/// Sums, products, quotients and roots are within 2⁻⁹⁹ of the true value, relatively (sums of numbers
+/// of opposite sign: of the larger one). Nothing overflows: exponents are 64-bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wide {
+    high: f64,
+    low: f64,
+    exponent: i64,
+}
+
+const ZERO: Wide = Wide {
+    high: 0.0,
+    low: 0.0,
+    exponent: 0,
+};
+
+/// 2^power for −1022 ≤ power ≤ 1023, else the nearest of those.
+fn power_of_two(power: i64) -> f64 {
+    let biased = (power.clamp(-1022, 1023) + 1023).unsigned_abs();
+    f64::from_bits(biased << 52)
+}
+
+/// Exponent of a double that is neither zero nor subnormal.
+fn exponent_of(x: f64) -> i64 {
+    (x.to_bits() >> 52 & 0x7ff).cast_signed() - 1023
+}
+
+impl Wide {
+    /// Renormalises a sum of two doubles, both far from the ends of the range, times 2^exponent.
+    fn of_sum(high: f64, low: f64, exponent: i64) -> Self {
+        let (high, low) = two_sum(high, low);
+        if high == 0.0 {
+            return ZERO;
+        }
+        let shift = exponent_of(high);
+        let scale = power_of_two(-shift);
+        Self {
+            high: high * scale,
+            low: low * scale,
+            exponent: exponent + shift,
+        }
+    }
+}
+
+impl Neg for Wide {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        if self.high == 0.0 {
+            return ZERO;
+        }
+        Self {
+            high: -self.high,
+            low: -self.low,
+            exponent: self.exponent,
+        }
+    }
+}
+
+impl Add for Wide {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let (big, small) = if self.high == 0.0 {
+            return other;
+        } else if other.high == 0.0 {
+            return self;
+        } else if self.exponent >= other.exponent {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        let shift = small.exponent - big.exponent;
+        if shift < -200 {
+            return big;
+        }
+        let scale = power_of_two(shift);
+        let (high, high_error) = two_sum(big.high, small.high * scale);
+        let (low, low_error) = two_sum(big.low, small.low * scale);
+        let (high, middle) = two_sum(high, high_error + low);
+        Self::of_sum(high, middle + low_error, big.exponent)
+    }
+}
+
+impl Sub for Wide {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Wide {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let (product, error) = two_product(self.high, other.high);
+        let rest = error + (self.high * other.low + self.low * other.high);
+        Self::of_sum(product, rest, self.exponent + other.exponent)
+    }
+}
+
+impl Div for Wide {
+    type Output = Self;
+
+    /// Division by zero gives zero: no stage divides by it.
+    fn div(self, other: Self) -> Self {
+        if self.high == 0.0 || other.high == 0.0 {
+            return ZERO;
+        }
+        let digit = |rest: Self| {
+            let quotient = rest.high / other.high;
+            Self::of_sum(quotient, 0.0, rest.exponent - other.exponent)
+        };
+        let first = digit(self);
+        let rest = self - first * other;
+        let second = digit(rest);
+        let third = digit(rest - second * other);
+        first + (second + third)
+    }
+}
+
+impl PartialOrd for Wide {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        (*self - *other).high.partial_cmp(&0.0)
+    }
+}
+
+impl Real for Wide {
+    fn from_f64(value: f64) -> Self {
+        // Subnormals first become normal.
+        if value.abs() < f64::MIN_POSITIVE {
+            Self::of_sum(value * power_of_two(200), 0.0, -200)
+        } else {
+            let shift = exponent_of(value);
+            // Two factors, because 2^1023 has no reciprocal among the normal doubles.
+            let half = shift / 2;
+            let high = value * power_of_two(-half) * power_of_two(half - shift);
+            Self {
+                high,
+                low: 0.0,
+                exponent: shift,
+            }
+        }
+    }
+
+    fn to_f64(self) -> f64 {
+        let exponent = i32::try_from(self.exponent.clamp(-4000, 4000)).unwrap_or(0);
+        saturate(libm::scalbn(self.high, exponent))
+    }
+
+    fn is_beyond_range(self) -> bool {
+        self.high != 0.0 && self.exponent > 1023
+    }
+
+    fn is_zero(self) -> bool {
+        self.high == 0.0
+    }
+
+    fn sqrt(self) -> Self {
+        if self.high <= 0.0 {
+            return ZERO;
+        }
+        let odd = self.exponent.rem_euclid(2);
+        let even = self.exponent - odd;
+        let scale = power_of_two(odd);
+        let radicand = Self::of_sum(self.high * scale, self.low * scale, 0);
+        let root = f64::sqrt(self.high * scale);
+        let (square, error) = two_product(root, root);
+        let rest = radicand - Self::of_sum(square, error, 0);
+        let correction = rest.high * power_of_two(rest.exponent) / (2.0 * root);
+        Self::of_sum(root, correction, even / 2)
+    }
+
+    fn abs(self) -> Self {
+        if self.high < 0.0 { -self } else { self }
+    }
+
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        a * b - c * d
+    }
+}

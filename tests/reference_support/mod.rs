@@ -1,0 +1,149 @@
+//! What the tests of the float reference share: fragments at random, maps, and a plain independent
+//! evaluation of the reflected look-up.
+#![allow(
+    dead_code,
+    reason = "each test binary uses its own part of this module"
+)]
+
+use tapline::cube::{CubeLevel, CubeMap, FACE_AXES};
+use tapline::fragment::Fragment;
+
+/// A small generator with a fixed seed (splitmix64).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// −1 … 1.
+    pub(crate) fn signed(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    pub(crate) fn vector(&mut self) -> [f64; 3] {
+        [self.signed(), self.signed(), self.signed()]
+    }
+
+    /// A vector of length 0.5 … √3.
+    pub(crate) fn direction(&mut self) -> [f64; 3] {
+        loop {
+            let v = self.vector();
+            if dot(v, v) > 0.25 {
+                return v;
+            }
+        }
+    }
+
+    /// A fragment with terms of order one, n and v not near grazing.
+    pub(crate) fn fragment(&mut self) -> Fragment {
+        loop {
+            let (v, n, h) = (self.direction(), self.direction(), self.direction());
+            let c = cross(h, n);
+            if dot(v, n).abs() < 0.1 || dot(c, c) < 0.05 {
+                continue;
+            }
+            return Fragment {
+                v,
+                n,
+                dv_dx: self.vector(),
+                dv_dy: self.vector(),
+                dn_dx: self.vector(),
+                dn_dy: self.vector(),
+                h: Some(h),
+                bump: None,
+                rough: None,
+            };
+        }
+    }
+
+    pub(crate) fn rotation(&mut self) -> [[f64; 3]; 3] {
+        let a = unit(self.direction());
+        let b = unit(cross(a, self.direction()));
+        [a, b, cross(a, b)]
+    }
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(crate) fn scaled(s: f64, a: [f64; 3]) -> [f64; 3] {
+    a.map(|x| s * x)
+}
+
+pub(crate) fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+pub(crate) fn unit(a: [f64; 3]) -> [f64; 3] {
+    scaled(1.0 / dot(a, a).sqrt(), a)
+}
+
+pub(crate) fn apply(matrix: &[[f64; 3]; 3], a: [f64; 3]) -> [f64; 3] {
+    [dot(matrix[0], a), dot(matrix[1], a), dot(matrix[2], a)]
+}
+
+/// (u, v) of a direction in the plane of a given face.
+pub(crate) fn project(face: usize, d: [f64; 3]) -> [f64; 2] {
+    let [s, t, m] = FACE_AXES[face].map(|(axis, sign)| sign * d[axis]);
+    [s / m, t / m]
+}
+
+/// The mirror direction of v about n.
+pub(crate) fn mirror(v: [f64; 3], n: [f64; 3]) -> [f64; 3] {
+    sum(scaled(2.0 * dot(n, v) / dot(n, n), n), scaled(-1.0, v))
+}
+
+/// e1 and e2 as long as n.
+pub(crate) fn frame(n: [f64; 3], h: [f64; 3]) -> [[f64; 3]; 2] {
+    let c = unit(cross(h, n));
+    [scaled(dot(n, n).sqrt(), c), cross(n, c)]
+}
+
+/// A cube map whose level-0 texels come from a function of face, column and row, with box-filtered mips.
+pub(crate) fn map(size: usize, texel: impl Fn(usize, usize, usize) -> [f32; 3]) -> CubeMap {
+    let mut texels = Vec::new();
+    for face in 0..6 {
+        for y in 0..size {
+            for x in 0..size {
+                texels.push(texel(face, x, y));
+            }
+        }
+    }
+    let mut levels = vec![CubeLevel { size, texels }];
+    while levels[levels.len() - 1].size > 1 {
+        let below = &levels[levels.len() - 1];
+        let size = (below.size / 2).max(1);
+        let mut texels = Vec::new();
+        for face in 0..6 {
+            for y in 0..size {
+                for x in 0..size {
+                    let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
+                        .map(|(i, j)| below.texel(face, 2 * x + i, 2 * y + j));
+                    texels.push(std::array::from_fn(|c| {
+                        four.iter().map(|t| t[c]).sum::<f32>() / 4.0
+                    }));
+                }
+            }
+        }
+        levels.push(CubeLevel { size, texels });
+    }
+    CubeMap { levels }
+}
