@@ -9,5 +9,7 @@ pub mod cube;
 pub mod error;
 pub mod fragment;
 pub mod picture;
+pub mod scene;
 pub mod settings;
 pub mod stage;
+pub mod truth;
