@@ -399,7 +399,7 @@ fn view(name: &str, width: usize, height: usize) -> (Camera, Shape) {
                     length: 1.0,
                     aim,
                     across: [right, cross(axis, right)],
-                    aperture: 0.5,
+                    aperture: 0.46,
                     tile: 0.5,
                 },
             )
