@@ -321,6 +321,10 @@ fn check_size(width: usize, height: usize, values: usize) -> Result<(), InputErr
 }
 
 #[cfg(test)]
+#[expect(
+    clippy::float_cmp,
+    reason = "where bits must be equal, that is what is tested"
+)]
 mod tests {
     use super::*;
 

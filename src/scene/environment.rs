@@ -238,3 +238,58 @@ fn ink(column: f64, row: f64) -> bool {
     let (letter, bit) = (column / 6, column % 6);
     bit < 5 && LETTERS[letter][row] >> (4 - bit) & 1 == 1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sky_is_up_ground_is_down_and_the_sun_is_bright() {
+        let [r, _, b] = radiance([0.1, 1.0, 0.05]);
+        assert!(b > 2.0 * r, "the zenith is blue");
+        let [r, g, b] = radiance([0.1, -1.0, 0.3]);
+        assert!(r >= b && g >= b * 0.8, "the ground is not");
+        assert!(radiance(SUN)[0] > 300.0);
+        assert!(radiance(SUN.map(|c| -c))[0] < 2.0);
+    }
+
+    #[test]
+    fn texels_are_finite_never_negative_and_of_high_range() {
+        let level = procedural(64);
+        assert_eq!(level.texels.len(), 6 * 64 * 64);
+        let all = || level.texels.iter().flatten().copied();
+        assert!(all().all(|c| (0.0..=310.0).contains(&c)));
+        assert!(all().fold(0.0, f32::max) > 250.0);
+        assert!(all().filter(|c| *c < 0.1).count() > 1000);
+    }
+
+    #[test]
+    fn signs_read_from_left_to_right_ahead_and_in_a_mirror() {
+        // The first letter is a T: its bar is dark to both sides of the stem, its foot is not. Columns
+        // run with +x on both boards.
+        for z in [1.0, -1.0] {
+            let cell = |column: f64, row: f64| {
+                let x = (column + 1.5) / 40.0 - 0.55;
+                let y = 0.37 - (row + 1.5) / 36.0;
+                radiance([x, y, z])[0] < 0.1
+            };
+            let rows = [0.0, 6.0].map(|row| [0.0, 2.0, 4.0].map(|column| cell(column, row)));
+            assert_eq!(rows, [[true; 3], [false, true, false]]);
+        }
+    }
+
+    #[test]
+    fn a_texel_is_the_mean_of_its_sixteen_points() {
+        // A one-texel face: 16 points at ±1/4 and ±3/4.
+        let level = procedural(1);
+        let points = [-0.75, -0.25, 0.25, 0.75];
+        let mut sum = 0.0;
+        for y in points {
+            for x in points {
+                sum += radiance(direction(3, x, y))[1];
+            }
+        }
+        let got = f64::from(level.texel(3, 0, 0)[1]);
+        assert!((got - sum / 16.0).abs() <= f64::from(f32::EPSILON) * got);
+    }
+}

@@ -31,6 +31,8 @@ pub struct Level {
     pub height: usize,
     /// Row by row from the top.
     pub texels: Vec<Moments>,
+    /// Variance of the position inside each column and each row, in square texels of level 0.
+    spread: [Vec<f64>; 2],
 }
 
 /// A bump map with its filtered means and its roughness.
@@ -135,6 +137,17 @@ impl Pyramid {
         }
     }
 
+    /// Variance of the position inside a texel along columns and rows, in square texels of level 0.
+    fn spread(&self, level: usize, x: usize, y: usize) -> [f64; 2] {
+        match level.checked_sub(1) {
+            None => [0.0; 2],
+            Some(above) => {
+                let [columns, rows] = &self.above[above].spread;
+                [columns[x], rows[y]]
+            }
+        }
+    }
+
     /// Level of detail of a pair of screen derivatives of (s, t), by the D3D rule: log2 of the longer
     /// one in texels of level 0, clamped to the chain.
     #[must_use]
@@ -159,52 +172,40 @@ impl Pyramid {
     /// `Moments`: the taps are a mixture of distributions, so the spread of their means counts with
     /// their covariances (it is what interpolating raw moments and subtracting the mean's square gives,
     /// without the cancellation). `Factors`: d1, d2, d3 are interpolated as numbers, so it does not.
-    /// Where the trend belongs to the surface, the spread that the trend explains is left out.
+    ///
+    /// [`Curvature::Surface`]: the slope is that of the least-squares plane through the whole mixture
+    /// (at level 0 between two texels: their difference), and the roughness is what is left about it.
     #[must_use]
     pub fn look_up(&self, s: f64, t: f64, lod: f64) -> Filtered {
         let taps = self.taps(s, t, lod);
         let mut bump = [0.0; 2];
-        let mut trend = [[0.0; 2]; 2];
         for tap in &taps {
-            for i in 0..2 {
-                bump[i] += tap.weight * tap.moments.mean[i];
-                trend[0][i] += tap.weight * tap.moments.trend[0][i];
-                trend[1][i] += tap.weight * tap.moments.trend[1][i];
+            for (sum, mean) in bump.iter_mut().zip(tap.moments.mean) {
+                *sum += tap.weight * mean;
             }
         }
-        let mut rough = [0.0; 3];
-        match self.interpolation {
+        let slope = match self.curvature {
+            Curvature::Pyramid => [[0.0; 2]; 2],
+            Curvature::Surface => plane(&taps, bump),
+        };
+        let rough = match self.interpolation {
             RoughnessInterpolation::Factors => {
+                let mut rough = [0.0; 3];
                 for tap in &taps {
                     let d = factors(tap.moments.covariance);
                     for i in 0..3 {
                         rough[i] += tap.weight * d[i];
                     }
                 }
+                rough
             }
-            RoughnessInterpolation::Moments => {
-                let mut covariance = [0.0; 3];
-                for Tap {
-                    weight,
-                    offset: [x, y],
-                    moments,
-                } in &taps
-                {
-                    let rest = [0, 1]
-                        .map(|i| moments.mean[i] - bump[i] - (trend[0][i] * x + trend[1][i] * y));
-                    let [a, b, c] = moments.covariance;
-                    covariance[0] += weight * (a + rest[0] * rest[0]);
-                    covariance[1] += weight * (b + rest[0] * rest[1]);
-                    covariance[2] += weight * (c + rest[1] * rest[1]);
-                }
-                rough = factors(covariance);
-            }
-        }
+            RoughnessInterpolation::Moments => factors(mixture(&taps, bump, slope)),
+        };
         let (w, h) = (self.map.width() as f64, self.map.height() as f64);
         Filtered {
             bump,
             rough,
-            slope: [trend[0].map(|g| g * w), trend[1].map(|g| g * h)],
+            slope: [slope[0].map(|g| g * w), slope[1].map(|g| g * h)],
         }
     }
 
@@ -239,6 +240,7 @@ impl Pyramid {
                 *tap = Tap {
                     weight: share * weight_x * weight_y,
                     offset: [from_x * step_x, from_y * step_y],
+                    spread: self.spread(level, column, row),
                     moments: self.texel(level, column, row),
                 };
             }
@@ -253,6 +255,8 @@ struct Tap {
     weight: f64,
     /// The texel's centre from the place looked up, in texels of level 0.
     offset: [f64; 2],
+    /// Variance of the position inside the texel.
+    spread: [f64; 2],
     moments: Moments,
 }
 
@@ -260,12 +264,64 @@ impl Tap {
     const NONE: Self = Self {
         weight: 0.0,
         offset: [0.0; 2],
+        spread: [0.0; 2],
         moments: Moments {
             mean: [0.0; 2],
             covariance: [0.0; 3],
             trend: [[0.0; 2]; 2],
         },
     };
+}
+
+/// Least-squares slopes of b1, b2 by column (first) and row over all taps. Tap weights and texels are
+/// products of a column's and a row's part, so the two directions separate.
+fn plane(taps: &[Tap; 8], bump: [f64; 2]) -> [[f64; 2]; 2] {
+    [0, 1].map(|axis| {
+        let mut spread = 0.0;
+        let (mut products, mut mean_trend) = ([0.0; 2], [0.0; 2]);
+        for tap in taps {
+            let offset = tap.offset[axis];
+            spread += tap.weight * (tap.spread[axis] + offset * offset);
+            for i in 0..2 {
+                let trend = tap.moments.trend[axis][i];
+                let between = (tap.moments.mean[i] - bump[i]) * offset;
+                products[i] += tap.weight * (trend * tap.spread[axis] + between);
+                mean_trend[i] += tap.weight * trend;
+            }
+        }
+        // On the centre of a texel of level 0 nothing is spread: the neighbours' difference stands.
+        if spread > 0.0 {
+            products.map(|p| p / spread)
+        } else {
+            mean_trend
+        }
+    })
+}
+
+/// Covariance of the mixture of all taps about the plane with mean `bump` and slopes `slope`.
+fn mixture(taps: &[Tap; 8], bump: [f64; 2], slope: [[f64; 2]; 2]) -> [f64; 3] {
+    let mut covariance = [0.0; 3];
+    for tap in taps {
+        let mut add = |parts: [f64; 2], share: f64| {
+            covariance[0] += share * parts[0] * parts[0];
+            covariance[1] += share * parts[0] * parts[1];
+            covariance[2] += share * parts[1] * parts[1];
+        };
+        let [x, y] = tap.offset;
+        // The texel's mean off the plane, and its own trend against the plane's.
+        add(
+            [0, 1].map(|i| tap.moments.mean[i] - bump[i] - (slope[0][i] * x + slope[1][i] * y)),
+            tap.weight,
+        );
+        for (axis, slope) in slope.iter().enumerate() {
+            let against = [0, 1].map(|i| tap.moments.trend[axis][i] - slope[i]);
+            add(against, tap.weight * tap.spread[axis]);
+        }
+        for (sum, own) in covariance.iter_mut().zip(tap.moments.covariance) {
+            *sum += tap.weight * own;
+        }
+    }
+    covariance
 }
 
 /// d1, d2, d3 with [d1 d2; 0 d3]·[d1 d2; 0 d3]ᵀ = [a b; b c], the paper's appendix.
@@ -295,10 +351,12 @@ fn build_level(map: &BumpMap, width: usize, height: usize, curvature: Curvature)
                 .collect::<Vec<_>>()
         })
         .collect();
+    let rows = (0..height).map(|j| spread(&pieces(j, height, map.height())));
     Level {
         width,
         height,
         texels,
+        spread: [columns.iter().map(|c| spread(c)).collect(), rows.collect()],
     }
 }
 
@@ -328,47 +386,65 @@ fn pieces(i: usize, count: usize, size: usize) -> Vec<Piece> {
         .collect()
 }
 
-/// Mean, covariance and trend of a texel. Sums run along rows first, so that rounding grows with the
-/// texel's sides, not with its area.
+/// The sum of a value over a texel, weighted by area. It runs along rows first, so that rounding grows
+/// with the texel's sides, not with its area.
+fn total<const K: usize>(
+    columns: &[Piece],
+    rows: &[Piece],
+    value: impl Fn(&Piece, &Piece) -> [f64; K],
+) -> [f64; K] {
+    let mut sums = [0.0; K];
+    for row in rows {
+        let mut in_row = [0.0; K];
+        for column in columns {
+            for (sum, value) in in_row.iter_mut().zip(value(column, row)) {
+                *sum += column.share * value;
+            }
+        }
+        for (sum, value) in sums.iter_mut().zip(in_row) {
+            *sum += row.share * value;
+        }
+    }
+    sums
+}
+
+/// The variance of the position along one side of a texel, in square texels of level 0.
+fn spread(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|p| p.share * p.offset * p.offset).sum()
+}
+
+/// Mean, covariance and trend of a texel.
 fn moments(map: &BumpMap, columns: &[Piece], rows: &[Piece], curvature: Curvature) -> Moments {
-    let sum = |value: &dyn Fn(&Piece, &Piece) -> f64| -> f64 {
-        let row = |row: &Piece| -> f64 { columns.iter().map(|c| c.share * value(c, row)).sum() };
-        rows.iter().map(|r| r.share * row(r)).sum()
+    let mean = total(columns, rows, |c, r| map.texel(c.index, r.index));
+    let about_mean = |c: &Piece, r: &Piece| {
+        let b = map.texel(c.index, r.index);
+        [b[0] - mean[0], b[1] - mean[1]]
     };
-    let b = |i: usize| move |c: &Piece, r: &Piece| map.texel(c.index, r.index)[i];
-    let mean = [sum(&b(0)), sum(&b(1))];
     let trend = match curvature {
         Curvature::Pyramid => [[0.0; 2]; 2],
         Curvature::Surface => {
             // The shares are a product of one for columns and one for rows, so the two slopes separate.
-            let along = |square: f64, offset: &dyn Fn(&Piece, &Piece) -> f64| {
-                [0, 1].map(|i| {
-                    let slope = sum(&|c, r| offset(c, r) * (b(i)(c, r) - mean[i])) / square;
-                    if square > 0.0 { slope } else { 0.0 }
-                })
-            };
-            let square = |pieces: &[Piece]| -> f64 {
-                pieces.iter().map(|p| p.share * p.offset * p.offset).sum()
+            let [x1, x2, y1, y2] = total(columns, rows, |c, r| {
+                let [b1, b2] = about_mean(c, r);
+                [c.offset * b1, c.offset * b2, r.offset * b1, r.offset * b2]
+            });
+            let slope = |products: [f64; 2], spread: f64| {
+                products.map(|p| if spread > 0.0 { p / spread } else { 0.0 })
             };
             [
-                along(square(columns), &|c, _| c.offset),
-                along(square(rows), &|_, r| r.offset),
+                slope([x1, x2], spread(columns)),
+                slope([y1, y2], spread(rows)),
             ]
         }
     };
-    let rest = |i: usize| {
-        move |c: &Piece, r: &Piece| {
-            b(i)(c, r) - mean[i] - (trend[0][i] * c.offset + trend[1][i] * r.offset)
-        }
-    };
-    let (first, second) = (rest(0), rest(1));
+    let covariance = total(columns, rows, |c, r| {
+        let b = about_mean(c, r);
+        let [b1, b2] = [0, 1].map(|i| b[i] - (trend[0][i] * c.offset + trend[1][i] * r.offset));
+        [b1 * b1, b1 * b2, b2 * b2]
+    });
     Moments {
         mean,
-        covariance: [
-            sum(&|c, r| first(c, r) * first(c, r)),
-            sum(&|c, r| first(c, r) * second(c, r)),
-            sum(&|c, r| second(c, r) * second(c, r)),
-        ],
+        covariance,
         trend,
     }
 }

@@ -124,3 +124,77 @@ impl Sums {
         Some((mean, (variance / 3.0).sqrt() / hits))
     }
 }
+
+#[cfg(test)]
+#[expect(
+    clippy::float_cmp,
+    reason = "where bits must be equal, that is what is tested"
+)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_samples_fall_into_every_stratum_of_the_pixel() {
+        for (samples, rows) in [(1, 1), (4, 1), (5, 2), (16, 2), (256, 8), (257, 9)] {
+            let strata = Strata::new(samples);
+            assert_eq!(strata.samples(), 4 * rows * rows);
+            let counts = std::cell::RefCell::new(std::collections::BTreeMap::new());
+            let mut sums = Sums::default();
+            let shade = |x: f64, y: f64| {
+                let (x, y) = (x - 7.0, y - 3.0);
+                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+                let rows = rows as f64;
+                let key = format!("{} {}", (x * 2.0 * rows).floor(), (y * rows).floor());
+                *counts.borrow_mut().entry(key).or_insert(0) += 1;
+                None
+            };
+            strata.round(5, [7, 3], 0, &shade, &mut sums);
+            let counts = counts.into_inner();
+            assert_eq!(counts.len() as u64, 2 * rows * rows);
+            assert!(counts.values().all(|count| *count == 2));
+            assert_eq!((sums.taken(), sums.estimate()), (4 * rows * rows, None));
+        }
+    }
+
+    #[test]
+    fn misses_do_not_count_and_their_chance_is_in_the_error() {
+        let mut sums = Sums::default();
+        let one = [1.0, 2.0, 4.0];
+        sums.add([Some(one), None]);
+        sums.add([Some(one), Some(one)]);
+        let (mean, error) = sums.estimate().unwrap();
+        // Equal colours: which of them hit does not matter.
+        assert_eq!(mean, one);
+        assert!(error <= 0.0);
+        sums.add([Some([4.0, 2.0, 4.0]), None]);
+        // Means 1.75, 2, 4 of four hits; e of the first channel: −0.75 alone, 0, 2.25 alone.
+        let (mean, error) = sums.estimate().unwrap();
+        assert_eq!(mean, [1.75, 2.0, 4.0]);
+        let want = ((0.75f64 * 0.75 + 2.25 * 2.25) / 3.0).sqrt() / 4.0;
+        assert!((error - want).abs() <= 1e-12);
+    }
+
+    #[test]
+    fn rounds_pixels_and_seeds_have_samples_of_their_own() {
+        let first = |seed, pixel, round| {
+            let places = std::cell::RefCell::new(Vec::new());
+            let shade = |x: f64, y: f64| {
+                places
+                    .borrow_mut()
+                    .push([x - x.floor(), y - y.floor()].map(f64::to_bits));
+                None
+            };
+            Strata::new(4).round(seed, pixel, round, &shade, &mut Sums::default());
+            places.into_inner()
+        };
+        let own = first(0, [1, 2], 0);
+        assert_eq!(own, first(0, [1, 2], 0));
+        for other in [
+            first(1, [1, 2], 0),
+            first(0, [2, 1], 0),
+            first(0, [1, 2], 1),
+        ] {
+            assert_ne!(own, other);
+        }
+    }
+}
