@@ -12,6 +12,8 @@ pub mod image;
 pub mod picture;
 pub mod reference;
 pub mod report;
+pub mod scene;
 pub mod settings;
 pub mod stage;
+pub mod truth;
 pub mod unit;

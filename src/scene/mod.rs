@@ -1,0 +1,428 @@
+//! Built-in scenes: an analytic surface, a camera and, where the scene has one, a bump map.
+
+pub mod bump;
+pub mod bump_maps;
+pub mod dual;
+pub mod environment;
+pub mod pyramid;
+pub mod surface;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::cube::CubeLevel;
+use crate::error::InputError;
+use crate::fragment::{Fragment, PixelFragment};
+use crate::settings::Settings;
+use crate::stage::Stage;
+use bump::{BumpMap, BumpSource};
+use dual::{Dual, cross};
+use pyramid::Pyramid;
+use surface::{Camera, Shape};
+
+/// Texels along an edge of the procedural environment where nothing else is asked for.
+pub const DEFAULT_FACE_SIZE: usize = 256;
+
+/// Columns and rows of a picture where nothing else is asked for.
+pub const DEFAULT_SIZE: usize = 512;
+
+/// Most columns or rows of a picture, and most pixels.
+const MAX_SIDE: usize = 16384;
+const MAX_PIXELS: usize = 1 << 26;
+
+/// Largest procedural environment: 4096² × 6 texels of 12 bytes are 1.2 GB.
+const MAX_FACE_SIZE: usize = 4096;
+
+/// What a scene is called, shows and needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SceneInfo {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// What it shows, in one line.
+    pub description: &'static str,
+    /// Operations of the unit that it uses.
+    pub operations: &'static [&'static str],
+    /// Stages that it needs as it stands; with a bump map of the user's it needs all of them.
+    pub stages: &'static [Stage],
+}
+
+/// The stages of a scene without a bump map.
+const SMOOTH: &[Stage] = &[
+    Stage::Reflect,
+    Stage::CubeFace,
+    Stage::Jacobian,
+    Stage::Covariance,
+    Stage::Eigen,
+    Stage::Footprint,
+    Stage::Address,
+    Stage::Filter,
+];
+
+/// Every built-in scene.
+pub const SCENES: &[SceneInfo] = &[
+    SceneInfo {
+        name: "sphere",
+        description: "a mirror ball: every anisotropy from 1 at its middle to hundreds at its rim",
+        operations: &["env"],
+        stages: SMOOTH,
+    },
+    SceneInfo {
+        name: "cylinder",
+        description: "a mirror column, tilted: curved in one direction only",
+        operations: &["env"],
+        stages: SMOOTH,
+    },
+    SceneInfo {
+        name: "parabola",
+        description: "a parabolic mirror seen from its focus: all reflections parallel, D = 0",
+        operations: &["env"],
+        stages: SMOOTH,
+    },
+    SceneInfo {
+        name: "scratches",
+        description: "a curved steel plate with scratches and brushed areas: steep bump map, roughness",
+        operations: &["env"],
+        stages: &Stage::ALL,
+    },
+    SceneInfo {
+        name: "waves",
+        description: "water up to the horizon: a bump map under every minification, roughness",
+        operations: &["env"],
+        stages: &Stage::ALL,
+    },
+];
+
+/// What a user may choose about a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneOptions {
+    /// Columns of the picture.
+    pub width: usize,
+    /// Rows of the picture.
+    pub height: usize,
+    /// Texels along an edge of the procedural environment; `None` takes [`DEFAULT_FACE_SIZE`].
+    pub face_size: Option<usize>,
+    /// A bump map instead of the scene's own, or for a scene that has none.
+    pub bump: Option<BumpSource>,
+}
+
+impl Default for SceneOptions {
+    fn default() -> Self {
+        Self {
+            width: DEFAULT_SIZE,
+            height: DEFAULT_SIZE,
+            face_size: None,
+            bump: None,
+        }
+    }
+}
+
+/// A scene that is ready to be rendered.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Its entry in [`SCENES`].
+    pub info: &'static SceneInfo,
+    /// Columns of the picture.
+    pub width: usize,
+    /// Rows of the picture.
+    pub height: usize,
+    /// Texels along an edge of the procedural environment.
+    pub face_size: usize,
+    /// Inputs of the unit for every pixel whose centre meets the surface, row by row.
+    pub fragments: Vec<PixelFragment>,
+    /// The surface as rays see it.
+    pub surface: Surface,
+}
+
+impl Scene {
+    /// The stages that this scene needs: with a bump map all of them.
+    #[must_use]
+    pub fn stages(&self) -> &'static [Stage] {
+        if self.surface.pyramid.is_some() {
+            &Stage::ALL
+        } else {
+            SMOOTH
+        }
+    }
+
+    /// Level 0 of the procedural environment.
+    #[must_use]
+    pub fn environment(&self) -> CubeLevel {
+        environment::procedural(self.face_size)
+    }
+
+    /// The viewing direction (from the eye) through the centre of a pixel: what the picture shows where
+    /// there is no fragment. Not normalised.
+    #[must_use]
+    pub fn background(&self, column: usize, row: usize) -> [f64; 3] {
+        self.surface
+            .camera
+            .ray(column as f64 + 0.5, row as f64 + 0.5)
+    }
+}
+
+/// A camera, a shape and its bump map: everything that a ray needs.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// The camera.
+    pub camera: Camera,
+    /// The shape.
+    pub shape: Shape,
+    /// The bump map with its filtered levels, if there is one.
+    pub pyramid: Option<Arc<Pyramid>>,
+}
+
+impl Surface {
+    /// Direction of the ray reflected at an image position (pixels from the top left corner), by the
+    /// exact surface and the unfiltered bump map; `None` where the surface is missed. Not normalised.
+    ///
+    /// Unfiltered means: level 0, bilinear between texels.
+    #[must_use]
+    pub fn shade_point(&self, px: f64, py: f64) -> Option<[f64; 3]> {
+        let ray = self.camera.ray(px, py);
+        let hit = self.shape.hit(ray, self.pyramid.is_some())?;
+        let v = ray.map(|c| -c);
+        let n = match &self.pyramid {
+            None => hit.n,
+            Some(pyramid) => {
+                let [b1, b2] = pyramid.map().bilinear(hit.st[0], hit.st[1]);
+                let (e1, e2) = local_frame(hit.n, self.shape.main_direction());
+                [0, 1, 2].map(|i| hit.n[i] + b1 * e1[i] + b2 * e2[i])
+            }
+        };
+        let (along, square) = (dual::dot(v, n), dual::dot(n, n));
+        Some([0, 1, 2].map(|i| 2.0 * n[i] * along - v[i] * square))
+    }
+
+    /// The unit's input at an image position; `None` where the surface is missed.
+    #[must_use]
+    pub fn fragment(&self, px: f64, py: f64) -> Option<Fragment> {
+        let (dx, dy) = (
+            Dual {
+                value: px,
+                dx: 1.0,
+                dy: 0.0,
+            },
+            Dual {
+                value: py,
+                dx: 0.0,
+                dy: 1.0,
+            },
+        );
+        let ray = self.camera.ray(dx, dy);
+        let hit = self.shape.hit(ray, self.pyramid.is_some())?;
+        let n = hit.n.map(|c| c.value);
+        let mut fragment = Fragment {
+            v: ray.map(|c| -c.value),
+            n,
+            dv_dx: ray.map(|c| -c.dx),
+            dv_dy: ray.map(|c| -c.dy),
+            dn_dx: hit.n.map(|c| c.dx),
+            dn_dy: hit.n.map(|c| c.dy),
+            h: None,
+            bump: None,
+            rough: None,
+        };
+        if let Some(pyramid) = &self.pyramid {
+            let h = self.shape.main_direction();
+            let [s, t] = hit.st;
+            let lod = pyramid.lod([s.dx, t.dx], [s.dy, t.dy]);
+            let filtered = pyramid.look_up(s.value, t.value, lod);
+            let (e1, e2) = local_frame(n, h);
+            let [by_s, by_t] = filtered.slope;
+            let bend = |ds: f64, dt: f64| {
+                let b = [0, 1].map(|i| by_s[i] * ds + by_t[i] * dt);
+                [0, 1, 2].map(|i| b[0] * e1[i] + b[1] * e2[i])
+            };
+            let (bend_x, bend_y) = (bend(s.dx, t.dx), bend(s.dy, t.dy));
+            for i in 0..3 {
+                fragment.dn_dx[i] += bend_x[i];
+                fragment.dn_dy[i] += bend_y[i];
+            }
+            fragment.h = Some(h);
+            fragment.bump = Some(filtered.bump);
+            fragment.rough = Some(filtered.rough);
+        }
+        Some(fragment)
+    }
+}
+
+/// e1 = (h × n)/|h × n|·|n| and e2 = (n × e1)/|n|; for h parallel to n any orthogonal pair.
+#[must_use]
+pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let mut side = cross(h, n);
+    let mut square = dual::dot(side, side);
+    if square <= 0.0 {
+        let other = if n[0].abs() < n[1].abs() {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        };
+        side = cross(other, n);
+        square = dual::dot(side, side);
+    }
+    let length = dual::dot(n, n).sqrt();
+    let scale = length / square.sqrt();
+    let e1 = side.map(|c| c * scale);
+    let e2 = cross(n, e1).map(|c| c / length);
+    (e1, e2)
+}
+
+/// Builds a scene: its fragments depend on nothing but its name, the options and the two roughness
+/// policies of the settings.
+///
+/// # Errors
+/// An unknown name, a size that is zero or too large, a bump source that is not complete.
+pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<Scene, InputError> {
+    let Some(info) = SCENES.iter().find(|info| info.name == name) else {
+        let names: Vec<_> = SCENES.iter().map(|info| info.name).collect();
+        return Err(InputError::new(
+            "scene",
+            format!("one of {}", names.join(", ")),
+            format!("`{name}`"),
+            "`tapline scenes` lists them",
+        ));
+    };
+    let SceneOptions { width, height, .. } = *options;
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
+        return Err(InputError::new(
+            "picture size",
+            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
+            format!("{width}x{height}"),
+            "choose another --size",
+        ));
+    }
+    let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
+    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
+        return Err(InputError::new(
+            "face size",
+            format!("1 to {MAX_FACE_SIZE} texels"),
+            face_size.to_string(),
+            "choose another --face-size",
+        ));
+    }
+    let map = match &options.bump {
+        Some(source) => Some(BumpMap::new(source)?),
+        None => match info.name {
+            "scratches" => Some(bump_maps::scratches()),
+            "waves" => Some(bump_maps::waves()),
+            _ => None,
+        },
+    };
+    let pyramid = map.map(|map| {
+        Arc::new(Pyramid::new(
+            Arc::new(map),
+            settings.roughness_curvature,
+            settings.roughness_interpolation,
+        ))
+    });
+    let (camera, shape) = view(info.name, width, height);
+    let surface = Surface {
+        camera,
+        shape,
+        pyramid,
+    };
+    let fragments = fragments(&surface, width, height);
+    Ok(Scene {
+        info,
+        width,
+        height,
+        face_size,
+        fragments,
+        surface,
+    })
+}
+
+/// The fragments of every pixel whose centre meets the surface, row by row.
+fn fragments(surface: &Surface, width: usize, height: usize) -> Vec<PixelFragment> {
+    let rows: Vec<Vec<PixelFragment>> = (0..height)
+        .into_par_iter()
+        .map(|row| {
+            (0..width)
+                .filter_map(|column| {
+                    let fragment = surface.fragment(column as f64 + 0.5, row as f64 + 0.5)?;
+                    let pixel = [u32::try_from(column).ok()?, u32::try_from(row).ok()?];
+                    Some(PixelFragment { pixel, fragment })
+                })
+                .collect()
+        })
+        .collect();
+    rows.concat()
+}
+
+/// Camera and shape of a scene. Lengths are in units of the object; the picture's shorter side sets
+/// the focal length, so that every size shows the same.
+fn view(name: &str, width: usize, height: usize) -> (Camera, Shape) {
+    let side = width.min(height) as f64;
+    let straight = |focal: f64| Camera::tilted(width, height, focal * side, 0.0, 1.0);
+    match name {
+        // Silhouette radius z0/√(d² − 1) = 0.48 of the shorter side.
+        "sphere" => (
+            straight(1.2),
+            Shape::Sphere {
+                centre: [0.0, 0.0, -(1.0 + 2.5f64 * 2.5).sqrt()],
+                radius: 1.0,
+                repeats: 4.0,
+            },
+        ),
+        // The axis leans to the right by the angle of (6, 18, 1)/19, a unit vector.
+        "cylinder" => {
+            let axis = [6.0 / 19.0, 18.0 / 19.0, 1.0 / 19.0];
+            let toward_eye = [0.0, -1.0 / 19.0, 18.0 / 19.0];
+            let e = cross(axis, toward_eye);
+            let unit = 1.0 / dual::dot(e, e).sqrt();
+            let right = e.map(|c| c * unit);
+            (
+                straight(1.2),
+                Shape::Cylinder {
+                    centre: [0.0, 0.0, -3.5],
+                    axis,
+                    radius: 1.0,
+                    across: [cross(right, axis), right],
+                    repeats: 4.0,
+                },
+            )
+        }
+        // (3, 4, 12)/13 is a unit vector, and so are the two across it.
+        "parabola" => {
+            let axis = [3.0 / 13.0, 4.0 / 13.0, 12.0 / 13.0];
+            let e = cross([0.0, 1.0, 0.0], axis);
+            let unit = 1.0 / dual::dot(e, e).sqrt();
+            let right = e.map(|c| c * unit);
+            // Where the middle ray −z meets |P| = ⟨P, axis⟩ + 2: distance 2/(1 + 12/13).
+            let aim = [0.0, 0.0, -26.0 / 25.0];
+            (
+                straight(1.0),
+                Shape::Parabola {
+                    axis,
+                    length: 1.0,
+                    aim,
+                    across: [right, cross(axis, right)],
+                    aperture: 0.46,
+                    tile: 0.5,
+                },
+            )
+        }
+        // The plate leans back by the angle of 7-24-25.
+        "scratches" => (
+            straight(1.2),
+            Shape::Plate {
+                middle: [0.0, 0.0, -3.0],
+                normal: [0.0, 0.28, 0.96],
+                across: [[1.0, 0.0, 0.0], [0.0, 0.96, -0.28]],
+                radius: 2.4,
+                aperture: 1.12,
+                tile: 2.0,
+            },
+        ),
+        // The camera looks down by the angle of 7-24-25.
+        _ => (
+            Camera::tilted(width, height, 0.9 * side, 0.28, 0.96),
+            Shape::Water {
+                depth: 1.0,
+                tile: 4.0,
+            },
+        ),
+    }
+}
