@@ -5,7 +5,9 @@
 
 pub use rtl_model::policy;
 
+pub mod cli;
 pub mod cube;
+pub mod engine;
 pub mod error;
 pub mod fragment;
 pub mod image;

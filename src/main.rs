@@ -1,2 +1,5 @@
 //! The `tapline` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    tapline::cli::run()
+}

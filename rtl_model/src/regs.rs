@@ -174,7 +174,7 @@ impl Event {
         match self {
             Self::FrameParallel => "local_frame.parallel",
             Self::FaceZero => "cube_face.zero",
-            Self::InputNotFinite => "reflect.input_not_finite",
+            Self::InputNotFinite => "reflect.non_finite",
             Self::AddressOtherFace => "address.other_face",
         }
     }

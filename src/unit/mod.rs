@@ -3,6 +3,7 @@
 //! [`UnitSpec`] holds the integer model's [`rtl_model::Config`] and, beside it, the numbers that the
 //! float engines use as they were written (the roughness scale and the rotation in doubles).
 
+pub mod bounds;
 pub mod file;
 pub mod knobs;
 

@@ -1,0 +1,125 @@
+//! Flags that several commands share.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::error::InputError;
+use crate::settings::Settings;
+use crate::unit::{ReferenceAxis, UnitSpec, file};
+
+/// Which unit.
+#[derive(Clone, Debug, Args)]
+pub(super) struct UnitArgs {
+    /// Unit file in TOML (`-`: standard input), or preset:default, preset:schilling.
+    #[arg(long, value_name = "FILE")]
+    pub(super) unit: Option<String>,
+    /// Change one path of the unit, such as footprint.max_probes=8; repeatable.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(super) sets: Vec<String>,
+}
+
+impl UnitArgs {
+    /// The unit, checked: its configuration can be exact inside with every stage built.
+    pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
+        let spec = file::load(self.unit.as_deref(), &self.sets)?;
+        super::unit::check(&spec)?;
+        Ok(spec)
+    }
+}
+
+/// Which scene, environment, bump map and size.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneArgs {
+    /// Environment map: EXR, HDR, PNG or JPEG; lat-long or cube.
+    #[arg(long, value_name = "FILE")]
+    pub(super) env: Option<PathBuf>,
+    /// Bump map: a height map (grey) or tangent-space normals (RGB).
+    #[arg(long, value_name = "FILE")]
+    pub(super) bump: Option<PathBuf>,
+    /// Height of a full-scale texel of a height map, in texels.
+    #[arg(long, value_name = "TEXELS", default_value_t = 8.0, requires = "bump")]
+    pub(super) bump_scale: f64,
+    /// Texels along an edge of the cube map.
+    #[arg(long, value_name = "N")]
+    pub(super) face_size: Option<usize>,
+    /// Picture size.
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub(super) size: (usize, usize),
+    /// Exposure in stops for PNG files and for the metrics.
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) exposure: f64,
+    /// Largest image to read, in MiB of pixels.
+    #[arg(long, value_name = "MIB", default_value_t = 512)]
+    pub(super) max_image_mb: u64,
+}
+
+/// How the engines run.
+#[derive(Clone, Debug, Args)]
+pub(super) struct RunArgs {
+    /// Threads; 0 takes all cores.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) threads: usize,
+    /// Axis of the float reference where the unit's comes from the table.
+    #[arg(long, value_enum, default_value_t = ReferenceAxis::Exact)]
+    pub(super) reference_axis: ReferenceAxis,
+    /// GPU adapter (no GPU engine in this version).
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+}
+
+/// Most threads that `--threads` takes.
+const MAX_THREADS: usize = 1024;
+
+impl RunArgs {
+    /// Sets the number of threads; refuses an adapter, as there is no GPU engine.
+    pub(super) fn prepare(&self) -> Result<(), InputError> {
+        if let Some(adapter) = &self.adapter {
+            return Err(InputError::new(
+                "--adapter",
+                "no adapter: this version has no gpu engine",
+                format!("`{adapter}`"),
+                "leave it out",
+            ));
+        }
+        if self.threads > MAX_THREADS {
+            return Err(InputError::new(
+                "--threads",
+                format!("0 to {MAX_THREADS} threads"),
+                self.threads.to_string(),
+                "0 takes all cores",
+            ));
+        }
+        if self.threads > 0 {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(self.threads)
+                .build_global()
+                .map_err(|e| {
+                    InputError::new(
+                        "--threads",
+                        "a number of threads that can be started",
+                        e.to_string(),
+                        "ask for fewer",
+                    )
+                })?;
+        }
+        Ok(())
+    }
+
+    /// The float engines' policies.
+    pub(super) fn settings(&self, spec: &UnitSpec) -> Settings {
+        spec.settings(self.reference_axis)
+    }
+}
+
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let parse = |t: &str| t.parse::<usize>().ok().filter(|n| *n > 0);
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))
+        .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 512x512".into())
+}

@@ -1,0 +1,154 @@
+//! The command line: one file per subcommand.
+
+mod args;
+mod bounds;
+mod bump_file;
+mod compare;
+mod diff;
+mod json_lines;
+mod output;
+mod progress;
+mod render;
+mod scenes;
+mod subject;
+mod tables;
+mod trace;
+mod trace_pixel;
+mod unit;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::InputError;
+
+/// Why a command did not end with status 0.
+#[derive(Debug)]
+pub enum Failure {
+    /// Usage or input: status 2.
+    Input(InputError),
+    /// The command ran and found a disagreement: status 1.
+    Disagrees(String),
+    /// Whoever read the output has gone: not worth a word.
+    Closed,
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            Self::Closed
+        } else {
+            Self::Input(InputError::new(
+                "output",
+                "a stream that can be written",
+                error.to_string(),
+                "check the disk and the pipe",
+            ))
+        }
+    }
+}
+
+/// Bit-accurate simulator of a texture unit for filtered environment maps.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tapline",
+    version,
+    propagate_version = true,
+    max_term_width = 100
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene with every engine and print how far each is from the next.
+    Compare(compare::Args),
+    /// Render one picture with one engine.
+    Render(render::Args),
+    /// Every register of one fragment, or of each line of a file.
+    Trace(trace::Args),
+    /// The built-in scenes and the stages that they need.
+    Scenes(scenes::Args),
+    /// Print or check a unit.
+    Unit(unit::Args),
+    /// Print a table's contents.
+    Tables(tables::Args),
+    /// Compare two pictures.
+    Diff(diff::Args),
+    /// Test vectors (not built yet).
+    Vectors(Later),
+    /// Sweeps (not built yet).
+    Study(Later),
+    /// The smallest unit that a scene needs (not built yet).
+    Size(Later),
+    /// Distance impostors (not built yet).
+    Impostor(Later),
+    /// Conformance suites (not built yet).
+    Conform(Later),
+    /// Error budgets (not built yet).
+    Budget(Later),
+    /// What a GPU's sampler does (not built yet).
+    Fingerprint(Later),
+    /// GPU adapters (not built yet).
+    Gpu(Later),
+}
+
+/// Any words after a command that is not there yet.
+#[derive(Debug, clap::Args)]
+struct Later {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    rest: Vec<String>,
+}
+
+fn later(name: &str, _: &Later) -> Result<(), Failure> {
+    Err(InputError::new(
+        name,
+        "a command of this version",
+        "one that is not built yet",
+        "`tapline --help` lists those that are",
+    )
+    .into())
+}
+
+/// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
+#[must_use]
+pub fn run() -> ExitCode {
+    crate::image::install_quiet_panic_hook();
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        Command::Compare(args) => compare::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Trace(args) => trace::run(args),
+        Command::Scenes(args) => scenes::run(args),
+        Command::Unit(args) => unit::run(args),
+        Command::Tables(args) => tables::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Vectors(rest) => later("vectors", rest),
+        Command::Study(rest) => later("study", rest),
+        Command::Size(rest) => later("size", rest),
+        Command::Impostor(rest) => later("impostor", rest),
+        Command::Conform(rest) => later("conform", rest),
+        Command::Budget(rest) => later("budget", rest),
+        Command::Fingerprint(rest) => later("fingerprint", rest),
+        Command::Gpu(rest) => later("gpu", rest),
+    };
+    match result {
+        Ok(()) | Err(Failure::Closed) => ExitCode::SUCCESS,
+        Err(Failure::Disagrees(what)) => {
+            eprintln!("tapline: {what}");
+            ExitCode::from(1)
+        }
+        Err(Failure::Input(error)) => {
+            eprintln!("tapline: {error}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! From flags to a subject: environment, bump map, scene.
+
+use super::args::SceneArgs;
+use super::bump_file;
+use crate::engine::Subject;
+use crate::error::InputError;
+use crate::image::load::{LoadOptions, load_environment};
+use crate::image::mips::build_mips;
+use crate::scene::{self, SceneOptions};
+use crate::settings::Settings;
+use crate::truth::background;
+
+/// Loads and builds what the flags ask for; warnings go to stderr.
+pub(super) fn load(
+    name: &str,
+    args: &SceneArgs,
+    settings: &Settings,
+) -> Result<Subject, InputError> {
+    if !(args.exposure.abs() <= 64.0) {
+        return Err(InputError::new(
+            "--exposure",
+            "stops from -64 to 64",
+            args.exposure.to_string(),
+            "0 shows linear 1 as white",
+        ));
+    }
+    let bump = match &args.bump {
+        None => None,
+        Some(path) => Some(bump_file::load(path, args.bump_scale, args.max_image_mb)?),
+    };
+    let options = SceneOptions {
+        width: args.size.0,
+        height: args.size.1,
+        face_size: args.face_size,
+        bump,
+    };
+    // A wrong name or size fails before a large map is read.
+    let scene = scene::build(name, &options, settings)?;
+    let map = match &args.env {
+        None => build_mips(scene.environment()),
+        Some(path) => {
+            let options = LoadOptions {
+                max_image_mb: args.max_image_mb,
+                face_size: args.face_size,
+            };
+            let (map, cleaned) = load_environment(path, &options)?;
+            if let Some(note) = cleaned.note(&path.display().to_string()) {
+                eprintln!("tapline: {note}");
+            }
+            map
+        }
+    };
+    let background = background(&scene, &map, settings);
+    Ok(Subject {
+        scene,
+        map,
+        background,
+    })
+}

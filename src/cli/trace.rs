@@ -1,0 +1,350 @@
+//! `trace`: the registers of one pixel, or of every line of a file.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::PathBuf;
+
+use rtl_model::regs::Reg;
+use rtl_model::unit::Needs;
+use rtl_model::{Texture, Unit};
+use serde_json::{Map, Number, Value, json};
+
+use super::args::{RunArgs, SceneArgs, UnitArgs};
+use super::{Failure, json_lines, subject, trace_pixel};
+use crate::cube::{CubeMap, FACE_NAMES};
+use crate::engine::encode;
+use crate::engine::probe::{Code, RtlProbe, rtl};
+use crate::error::InputError;
+use crate::fragment::Fragment;
+use crate::image::load::{LoadOptions, load_environment};
+use crate::reference::{self, NoTap, Prepared};
+use crate::unit::{UnitSpec, refused};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Built-in scene, with --pixel; with --input it is where the texture comes from.
+    pub(super) scene: Option<String>,
+    /// Column and row of the picture.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "scene")]
+    pub(super) pixel: Option<(u32, u32)>,
+    /// Trace lines; `-` is standard input.
+    #[arg(long, value_name = "FILE", conflicts_with = "pixel")]
+    input: Option<PathBuf>,
+    /// Engine of the JSON lines.
+    #[arg(long, value_enum, default_value_t = TraceEngine::Rtl)]
+    pub(super) engine: TraceEngine,
+    /// Registers as {"raw": int, "frac": bits} instead of decimals (rtl only).
+    #[arg(long)]
+    pub(super) raw: bool,
+    /// JSON lines even on a terminal.
+    #[arg(long)]
+    pub(super) lines: bool,
+    #[command(flatten)]
+    pub(super) unit: UnitArgs,
+    #[command(flatten)]
+    pub(super) scene_args: SceneArgs,
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+/// Engines that trace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum TraceEngine {
+    Rtl,
+    F64,
+}
+
+fn pixel(text: &str) -> Result<(u32, u32), String> {
+    text.split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)))
+        .ok_or_else(|| "expected COLUMN,ROW such as 250,140".into())
+}
+
+/// Face size of trace lines where neither a file nor a scene gives one.
+const DEFAULT_FACE: usize = 256;
+/// Largest face that the address registers are made for.
+const MAX_FACE: usize = 16384;
+/// Longest line.
+const MAX_LINE: u64 = 1 << 20;
+
+/// Everything that turns a fragment into an `out` object.
+pub(super) struct Tracer {
+    spec: UnitSpec,
+    engine: TraceEngine,
+    raw: bool,
+    prepared: Prepared,
+    face_size: usize,
+    texture: Option<Texture>,
+    map: Option<CubeMap>,
+    units: HashMap<Needs, Unit>,
+    probe: RtlProbe,
+}
+
+impl Tracer {
+    pub(super) fn new(
+        args: &Args,
+        spec: UnitSpec,
+        map: Option<CubeMap>,
+        face_size: usize,
+    ) -> Result<Self, InputError> {
+        let settings = args.run.settings(&spec);
+        let texture = match &map {
+            Some(map) => Some(encode::texture(&spec.config, map).map_err(refused)?),
+            None => None,
+        };
+        Ok(Self {
+            prepared: Prepared::new(&settings),
+            engine: args.engine,
+            raw: args.raw,
+            face_size: map.as_ref().map_or(face_size, CubeMap::size),
+            texture,
+            map,
+            units: HashMap::new(),
+            probe: RtlProbe::default(),
+            spec,
+        })
+    }
+
+    fn code(&self, code: Code) -> Value {
+        if self.raw {
+            return json!({"raw": code.raw, "frac": code.frac});
+        }
+        Value::Number(Number::from_string_unchecked(code.decimal()))
+    }
+
+    fn codes(&self, reg: Reg) -> Vec<Value> {
+        self.probe.get(reg).iter().map(|c| self.code(*c)).collect()
+    }
+
+    /// The `out` object of a fragment.
+    pub(super) fn out(&mut self, fragment: &Fragment) -> Result<Map<String, Value>, InputError> {
+        match self.engine {
+            TraceEngine::Rtl => self.out_rtl(fragment),
+            TraceEngine::F64 => Ok(self.out_f64(fragment)),
+        }
+    }
+
+    fn out_rtl(&mut self, fragment: &Fragment) -> Result<Map<String, Value>, InputError> {
+        let needs = encode::needs(fragment);
+        if !self.units.contains_key(&needs) {
+            let size = u32::try_from(self.face_size).unwrap_or(u32::MAX);
+            self.units.insert(
+                needs,
+                Unit::new(&self.spec.config, needs, size).map_err(refused)?,
+            );
+        }
+        let Some(unit) = self.units.get(&needs) else {
+            return Ok(Map::new());
+        };
+        let result = rtl(
+            unit,
+            &self.spec.config,
+            fragment,
+            self.texture.as_ref(),
+            &mut self.probe,
+        );
+        let first = |values: Vec<Value>| values.into_iter().next().unwrap_or(Value::Null);
+        let mut out = Map::new();
+        out.insert("face".into(), json!(FACE_NAMES[result.face]));
+        out.insert("u".into(), first(self.codes(Reg::FaceU)));
+        out.insert("v".into(), first(self.codes(Reg::FaceV)));
+        let d = self.codes(Reg::JacD);
+        let rows: Vec<Value> = d.chunks(2).map(|row| Value::Array(row.to_vec())).collect();
+        out.insert("D".into(), Value::Array(rows));
+        out.insert("K".into(), Value::Array(self.codes(Reg::CovK)));
+        out.insert("lambda".into(), Value::Array(self.codes(Reg::EigenLambda)));
+        out.insert("axis".into(), Value::Array(self.codes(Reg::EigenAxis)));
+        out.insert("probes".into(), json!(result.probes));
+        out.insert("lod".into(), first(self.codes(Reg::FootLod)));
+        if self.texture.is_some() {
+            out.insert("color".into(), Value::Array(self.codes(Reg::FilterColor)));
+        }
+        out.insert("flags".into(), json!(result.flags));
+        Ok(out)
+    }
+
+    fn out_f64(&self, fragment: &Fragment) -> Map<String, Value> {
+        let texture = self.map.as_ref().map(reference::Texture::new);
+        let env = reference::env(
+            &self.prepared,
+            fragment,
+            self.face_size,
+            texture.as_ref(),
+            &mut NoTap,
+        );
+        let mut out = Map::new();
+        out.insert("face".into(), json!(FACE_NAMES[env.face]));
+        out.insert("u".into(), json!(env.u));
+        out.insert("v".into(), json!(env.v));
+        out.insert("D".into(), json!(env.d));
+        out.insert("K".into(), json!(env.k));
+        out.insert("lambda".into(), json!(env.lambda));
+        out.insert("axis".into(), json!(env.axis));
+        out.insert("probes".into(), json!(env.probes));
+        out.insert("lod".into(), json!(env.lod));
+        if texture.is_some() {
+            out.insert("color".into(), json!(env.color));
+        }
+        let flags: Vec<&str> = env.flags.names().collect();
+        out.insert("flags".into(), json!(flags));
+        out
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    args.run.prepare()?;
+    if args.raw && args.engine == TraceEngine::F64 {
+        return Err(InputError::new(
+            "--raw",
+            "--engine rtl beside it",
+            "--engine f64",
+            "doubles have no raw code; leave --raw out",
+        )
+        .into());
+    }
+    let spec = args.unit.load()?;
+    match (&args.input, &args.scene, args.pixel) {
+        (Some(input), _, _) => lines(args, spec, input),
+        (None, Some(scene), Some(pixel)) => trace_pixel::run(args, spec, scene, pixel),
+        (None, Some(_), None) => Err(InputError::new(
+            "trace",
+            "--pixel X,Y beside a scene",
+            "no pixel",
+            "name one, such as --pixel 250,140",
+        )
+        .into()),
+        (None, None, _) => Err(InputError::new(
+            "trace",
+            "a scene with --pixel X,Y, or --input FILE",
+            "neither",
+            "see `tapline trace --help`",
+        )
+        .into()),
+    }
+}
+
+fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Failure> {
+    let subject = if input.as_os_str() == "-" {
+        "standard input".into()
+    } else {
+        input.display().to_string()
+    };
+    let reader: Box<dyn Read> = if input.as_os_str() == "-" {
+        Box::new(std::io::stdin().lock())
+    } else {
+        Box::new(std::fs::File::open(input).map_err(|e| {
+            InputError::new(
+                &subject,
+                "a readable file of trace lines",
+                e.to_string(),
+                "check the path",
+            )
+        })?)
+    };
+    let face_size = args.scene_args.face_size.unwrap_or(DEFAULT_FACE);
+    if !(1..=MAX_FACE).contains(&face_size) {
+        return Err(InputError::new(
+            "--face-size",
+            format!("1 to {MAX_FACE} texels"),
+            face_size.to_string(),
+            "choose another size",
+        )
+        .into());
+    }
+    let map = match (&args.scene, &args.scene_args.env) {
+        (Some(scene), _) => {
+            Some(subject::load(scene, &args.scene_args, &args.run.settings(&spec))?.map)
+        }
+        (None, Some(path)) => {
+            let options = LoadOptions {
+                max_image_mb: args.scene_args.max_image_mb,
+                face_size: args.scene_args.face_size,
+            };
+            let (map, cleaned) = load_environment(path, &options)?;
+            if let Some(note) = cleaned.note(&path.display().to_string()) {
+                eprintln!("tapline: {note}");
+            }
+            Some(map)
+        }
+        (None, None) => None,
+    };
+    eprintln!(
+        "tapline {}, unit {}, seed 0",
+        env!("CARGO_PKG_VERSION"),
+        spec.hash()
+    );
+    let mut tracer = Tracer::new(args, spec, map, face_size)?;
+    let mut reader = BufReader::new(reader);
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let mut bytes = Vec::new();
+    let mut number = 0;
+    let result = loop {
+        bytes.clear();
+        number += 1;
+        let read = match (&mut reader)
+            .take(MAX_LINE + 1)
+            .read_until(b'\n', &mut bytes)
+        {
+            Ok(n) => n,
+            Err(e) => {
+                break Err(InputError::new(
+                    &subject,
+                    "a readable stream",
+                    e.to_string(),
+                    "check the file",
+                )
+                .at(format!("line {number}"))
+                .into());
+            }
+        };
+        if read == 0 {
+            break Ok(());
+        }
+        match one(&mut tracer, &subject, number, &bytes) {
+            Ok(Some(line)) => {
+                if let Err(e) = writeln!(out, "{line}") {
+                    break Err(e.into());
+                }
+            }
+            Ok(None) => {}
+            Err(e) => break Err(e.into()),
+        }
+        // A device on the other end of a pipe waits for its answer before it asks again.
+        if reader.buffer().is_empty() {
+            out.flush()?;
+        }
+    };
+    out.flush()?;
+    result
+}
+
+fn one(
+    tracer: &mut Tracer,
+    subject: &str,
+    number: usize,
+    bytes: &[u8],
+) -> Result<Option<Value>, InputError> {
+    let fail = |expected: &str, found: &str| {
+        Err(InputError::new(
+            subject,
+            expected,
+            found,
+            "split the file into lines, one JSON object each",
+        )
+        .at(format!("line {number}")))
+    };
+    if u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE {
+        return fail("a line of at most 1 MiB", "a longer one");
+    }
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return fail("UTF-8", "other bytes");
+    };
+    if text.trim().is_empty() {
+        return Ok(None);
+    }
+    let (line, fragment) = json_lines::parse(subject, number, text)?;
+    let out = tracer.out(&fragment)?;
+    let mut object: Map<String, Value> = line.entries.into_iter().collect();
+    object.insert("out".into(), Value::Object(out));
+    Ok(Some(Value::Object(object)))
+}

@@ -1,0 +1,114 @@
+//! Engines side by side: the same fragments through the integer model, the float reference, the
+//! elliptical Gaussian and supersampled truth.
+
+pub mod dispatch;
+pub mod encode;
+pub mod float;
+pub mod probe;
+pub mod registers;
+pub mod rtl;
+
+use std::collections::BTreeMap;
+
+use crate::cube::CubeMap;
+use crate::picture::Picture;
+use crate::scene::Scene;
+
+/// The accuracy ladder, from the unit down to the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, clap::ValueEnum)]
+pub enum Rung {
+    /// Bit-accurate integer model.
+    Rtl,
+    /// WGSL through wgpu.
+    Gpu,
+    /// Float reference of the same algorithm.
+    F64,
+    /// Elliptical Gaussian of the same covariance.
+    Ewa,
+    /// Supersampled rays.
+    Truth,
+}
+
+impl Rung {
+    /// Every rung in the ladder's order.
+    pub const ALL: [Self; 5] = [Self::Rtl, Self::Gpu, Self::F64, Self::Ewa, Self::Truth];
+
+    /// The name on the command line and in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rtl => "rtl",
+            Self::Gpu => "gpu",
+            Self::F64 => "f64",
+            Self::Ewa => "ewa",
+            Self::Truth => "truth",
+        }
+    }
+}
+
+/// A scene with its environment: what every engine renders.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// Geometry and fragments.
+    pub scene: Scene,
+    /// Environment with its mip chain.
+    pub map: CubeMap,
+    /// Colours of the pixels without a fragment, and black elsewhere.
+    pub background: Vec<[f64; 3]>,
+}
+
+impl Subject {
+    /// The picture of `colors`, one a fragment, over the background.
+    #[must_use]
+    pub fn picture(&self, colors: &[[f64; 3]]) -> Picture {
+        let mut picture = Picture::new(self.scene.width, self.scene.height);
+        picture.rgb.copy_from_slice(&self.background);
+        for (fragment, color) in self.scene.fragments.iter().zip(colors) {
+            let index = self.index(fragment.pixel);
+            picture.rgb[index] = *color;
+            picture.covered[index] = true;
+        }
+        picture
+    }
+
+    /// Index of a pixel.
+    #[must_use]
+    pub fn index(&self, [column, row]: [u32; 2]) -> usize {
+        let place = |x: u32| usize::try_from(x).unwrap_or(usize::MAX);
+        place(row) * self.scene.width + place(column)
+    }
+}
+
+/// What an engine made of a subject.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The picture.
+    pub picture: Picture,
+    /// Wall-clock seconds for the fragments, textures already made.
+    pub seconds: f64,
+    /// Probes taken.
+    pub probes: u64,
+    /// Texels read.
+    pub texels: u64,
+    /// Fragments that raised each flag.
+    pub flags: BTreeMap<String, u64>,
+    /// RMS standard error of the picture, where the engine estimates it (linear units).
+    pub standard_error: Option<f64>,
+}
+
+/// Counts finished fragments; called from any thread.
+pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
+
+/// Something that filters fragments.
+pub trait Engine: Sync {
+    /// Its place in the ladder.
+    fn rung(&self) -> Rung;
+
+    /// Renders all fragments.
+    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering;
+}
+
+/// A difference that matters to a table of results: a count of `u64` from a length.
+pub(crate) fn to_u64(n: usize) -> u64 {
+    u64::try_from(n).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,219 @@
+//! One fragment's registers, as the integer model and the float reference write them.
+
+use std::collections::HashMap;
+
+use num_bigint::BigInt;
+use rtl_model::regs::{Event, Reg};
+use rtl_model::unit::{Front, Ports, Results};
+use rtl_model::{Config, Tap, Texture, Unit};
+
+use super::encode;
+use super::rtl::overflow_name;
+use crate::fragment::Fragment;
+use crate::reference;
+use crate::stage::Stage;
+
+/// A register component of the integer model: value = `raw · 2^−frac`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Code {
+    /// Integer.
+    pub raw: i64,
+    /// Fraction bits, powers of two of the pre-normalisation included; may be negative.
+    pub frac: i64,
+}
+
+impl Code {
+    /// The value to the nearest double.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        to_f64(
+            self.raw,
+            i32::try_from(self.frac.clamp(-4000, 4000)).unwrap_or(0),
+        )
+    }
+
+    /// The value in decimal, all digits.
+    #[must_use]
+    pub fn decimal(self) -> String {
+        decimal(self.raw, self.frac)
+    }
+}
+
+/// raw · 2^−frac to the nearest double (subnormals round once more).
+#[must_use]
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "rounding to nearest is what is wanted"
+)]
+pub fn to_f64(raw: i64, frac: i32) -> f64 {
+    libm::ldexp(raw as f64, -frac)
+}
+
+/// raw · 2^−frac in decimal, all digits: −0.0625, 3, 12.5.
+#[must_use]
+pub fn decimal(raw: i64, frac: i64) -> String {
+    // Trailing zero bits first: a normalised code needs no more digits than its value.
+    let zeros = if raw == 0 {
+        63
+    } else {
+        i64::from(raw.trailing_zeros())
+    };
+    let drop = zeros.min(frac.max(0));
+    let (raw, frac) = (raw >> drop, frac - drop);
+    if frac <= 0 {
+        return (BigInt::from(raw) << frac.unsigned_abs()).to_string();
+    }
+    // raw/2^f = raw·5^f/10^f.
+    let places = usize::try_from(frac).unwrap_or(usize::MAX);
+    let power = u32::try_from(frac).unwrap_or(u32::MAX);
+    let digits = (BigInt::from(raw.unsigned_abs()) * BigInt::from(5).pow(power)).to_string();
+    let digits = format!("{digits:0>width$}", width = places + 1);
+    let (whole, part) = digits.split_at(digits.len() - places);
+    let sign = if raw < 0 { "-" } else { "" };
+    format!("{sign}{whole}.{part}")
+}
+
+/// Everything that one lane wrote.
+#[derive(Clone, Debug)]
+pub struct RtlProbe {
+    /// Components of each register in the order written, by `Reg::index`.
+    pub registers: Vec<Vec<Code>>,
+}
+
+impl Default for RtlProbe {
+    fn default() -> Self {
+        Self {
+            registers: vec![Vec::new(); Reg::COUNT],
+        }
+    }
+}
+
+impl RtlProbe {
+    /// Forgets all, keeps the memory.
+    pub fn clear(&mut self) {
+        self.registers.iter_mut().for_each(Vec::clear);
+    }
+
+    /// The components of a register; empty where its stage was not built.
+    #[must_use]
+    pub fn get(&self, reg: Reg) -> &[Code] {
+        &self.registers[reg.index()]
+    }
+}
+
+impl Tap for RtlProbe {
+    fn put(&mut self, _: usize, reg: Reg, component: usize, raw: i64, frac: i64) {
+        let slots = &mut self.registers[reg.index()];
+        if slots.len() <= component {
+            slots.resize(component + 1, Code { raw: 0, frac: 0 });
+        }
+        slots[component] = Code { raw, frac };
+    }
+}
+
+/// What the integer model made of one fragment.
+#[derive(Clone, Debug)]
+pub struct RtlFragment {
+    /// Face 0…5.
+    pub face: usize,
+    /// Probes.
+    pub probes: i64,
+    /// RGB codes.
+    pub color: [i64; 3],
+    /// Flag names.
+    pub flags: Vec<String>,
+}
+
+/// Runs one fragment through the integer model with a recording tap.
+pub fn rtl(
+    unit: &Unit,
+    config: &Config,
+    fragment: &Fragment,
+    texture: Option<&Texture>,
+    probe: &mut RtlProbe,
+) -> RtlFragment {
+    probe.clear();
+    let mut ports = Ports::<1>::default();
+    unit.load(&mut ports, &encode::words(fragment), probe);
+    let mut out = Results::<1>::default();
+    let front: Front<1> = unit.env(&ports, texture, &mut out, probe);
+    let mut flags = Vec::new();
+    for reg in Reg::ALL {
+        if out.flags[0].has(*reg) {
+            flags.push(overflow_name(config, *reg));
+        }
+    }
+    for event in Event::ALL {
+        if out.flags[0].has_event(*event) {
+            flags.push(event.name().to_string());
+        }
+    }
+    RtlFragment {
+        face: front.face.face[0],
+        probes: out.probes[0],
+        color: out.color[0],
+        flags,
+    }
+}
+
+/// Everything that the float reference put for one fragment.
+#[derive(Clone, Debug)]
+pub struct FloatProbe {
+    /// Components of each register, by `Reg::index`.
+    pub registers: Vec<Vec<f64>>,
+    known: HashMap<(Stage, &'static str), Option<Reg>>,
+}
+
+impl Default for FloatProbe {
+    fn default() -> Self {
+        Self {
+            registers: vec![Vec::new(); Reg::COUNT],
+            known: HashMap::new(),
+        }
+    }
+}
+
+impl FloatProbe {
+    /// Forgets all, keeps the memory.
+    pub fn clear(&mut self) {
+        self.registers.iter_mut().for_each(Vec::clear);
+    }
+
+    /// The components of a register; empty where the reference has no such register.
+    #[must_use]
+    pub fn get(&self, reg: Reg) -> &[f64] {
+        &self.registers[reg.index()]
+    }
+}
+
+impl reference::Tap for FloatProbe {
+    fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
+        let reg = *self
+            .known
+            .entry((stage, register))
+            .or_insert_with(|| Reg::find(stage.name(), register));
+        let Some(reg) = reg else { return };
+        let slots = &mut self.registers[reg.index()];
+        if slots.len() <= component {
+            slots.resize(component + 1, 0.0);
+        }
+        slots[component] = value;
+    }
+
+    fn event(&mut self, _: &'static str) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_have_all_digits_and_none_too_many() {
+        assert_eq!(decimal(-1, 4), "-0.0625");
+        assert_eq!(decimal(0, 30), "0");
+        assert_eq!(decimal(3, -2), "12");
+        assert_eq!(decimal(12 << 20, 20), "12");
+        assert_eq!(decimal(25, 1), "12.5");
+        assert_eq!(decimal(1, 10), "0.0009765625");
+    }
+}

@@ -1,0 +1,222 @@
+//! How far the integer model's registers are from the float reference's, in LSB.
+
+use rayon::prelude::*;
+use rtl_model::regs::Reg;
+
+use super::probe::{Code, FloatProbe, RtlProbe, rtl};
+use super::rtl::RtlEngine;
+use super::{Progress, Subject, to_u64};
+use crate::reference::{Prepared, Texture, env};
+use crate::settings::Settings;
+
+/// Errors of one register over all fragments.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RegisterError {
+    /// Largest |rtl − f64| in LSB.
+    pub worst_lsb: f64,
+    /// Sum of all, for the mean.
+    sum: f64,
+    /// Components compared.
+    pub count: u64,
+    /// Pixel of the worst.
+    pub pixel: [u32; 2],
+}
+
+impl RegisterError {
+    /// Mean |rtl − f64| in LSB.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "a count as a divisor")]
+    pub fn mean_lsb(&self) -> f64 {
+        if self.count == 0 {
+            0.0
+        } else {
+            self.sum / self.count as f64
+        }
+    }
+
+    fn add(&mut self, error: f64, pixel: [u32; 2]) {
+        if error > self.worst_lsb || self.count == 0 {
+            self.worst_lsb = error;
+            self.pixel = pixel;
+        }
+        self.sum += error;
+        self.count += 1;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        if other.worst_lsb > self.worst_lsb || self.count == 0 {
+            self.worst_lsb = other.worst_lsb;
+            self.pixel = other.pixel;
+        }
+        self.sum += other.sum;
+        self.count += other.count;
+    }
+}
+
+/// Errors of all registers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegisterErrors {
+    /// By `Reg::index`; `count` is 0 where nothing could be compared.
+    pub registers: Vec<RegisterError>,
+    /// Fragments whose face differs: nothing behind it was compared.
+    pub other_face: u64,
+    /// Fragments whose probe count differs: nothing per probe was compared.
+    pub other_count: u64,
+    /// Fragments compared.
+    pub fragments: u64,
+}
+
+impl Default for RegisterErrors {
+    fn default() -> Self {
+        Self {
+            registers: vec![RegisterError::default(); Reg::COUNT],
+            other_face: 0,
+            other_count: 0,
+            fragments: 0,
+        }
+    }
+}
+
+impl RegisterErrors {
+    fn merge(mut self, other: &Self) -> Self {
+        for (a, b) in self.registers.iter_mut().zip(&other.registers) {
+            a.merge(b);
+        }
+        self.other_face += other.other_face;
+        self.other_count += other.other_count;
+        self.fragments += other.fragments;
+        self
+    }
+}
+
+/// |rtl − f64| of one component in LSB of the integer register.
+#[must_use]
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "codes of up to 58 bits; the error is printed to three digits"
+)]
+pub fn error_lsb(code: Code, value: f64) -> f64 {
+    let frac = i32::try_from(code.frac.clamp(-3000, 3000)).unwrap_or(0);
+    (code.raw as f64 - libm::ldexp(value, frac)).abs()
+}
+
+/// Whether a register lies behind the choice of the face.
+fn behind_face(reg: Reg) -> bool {
+    reg.index() >= Reg::FaceU.index()
+        && !matches!(reg.info().stage, "jacobian" if reg.index() < Reg::JacNumerator.index())
+}
+
+/// Whether a register's sign follows the axis', which is free where the axis points along (0, ±1).
+fn along_axis(reg: Reg) -> bool {
+    [Reg::EigenAxis, Reg::FootLine, Reg::FootStep].contains(&reg)
+}
+
+/// Compares every register of every fragment.
+#[must_use]
+pub fn compare(
+    engine: &RtlEngine,
+    settings: &Settings,
+    subject: &Subject,
+    progress: Progress<'_>,
+) -> RegisterErrors {
+    let prepared = Prepared::new(settings);
+    let texture = Texture::new(&subject.map);
+    let parts: Vec<RegisterErrors> = subject
+        .scene
+        .fragments
+        .par_chunks(512)
+        .map(|chunk| {
+            let mut errors = RegisterErrors::default();
+            let mut mine = RtlProbe::default();
+            let mut theirs = FloatProbe::default();
+            for fragment in chunk {
+                let here = rtl(
+                    &engine.unit,
+                    &engine.config,
+                    &fragment.fragment,
+                    Some(&engine.texture),
+                    &mut mine,
+                );
+                theirs.clear();
+                let there = env(
+                    &prepared,
+                    &fragment.fragment,
+                    subject.map.size(),
+                    Some(&texture),
+                    &mut theirs,
+                );
+                errors.fragments += 1;
+                let same_face = here.face == there.face;
+                let same_count = here.probes == i64::from(there.probes);
+                errors.other_face += u64::from(!same_face);
+                errors.other_count += u64::from(!same_count);
+                one(
+                    &mut errors,
+                    &mine,
+                    &theirs,
+                    fragment.pixel,
+                    same_face,
+                    same_count,
+                );
+            }
+            progress(to_u64(chunk.len()));
+            errors
+        })
+        .collect();
+    parts
+        .iter()
+        .fold(RegisterErrors::default(), RegisterErrors::merge)
+}
+
+fn one(
+    errors: &mut RegisterErrors,
+    mine: &RtlProbe,
+    theirs: &FloatProbe,
+    pixel: [u32; 2],
+    same_face: bool,
+    same_count: bool,
+) {
+    let dot: f64 = mine
+        .get(Reg::EigenAxis)
+        .iter()
+        .zip(theirs.get(Reg::EigenAxis))
+        .map(|(a, b)| a.value() * b)
+        .sum();
+    let flipped = dot < 0.0;
+    let level = |lod: f64| lod.floor();
+    let lods = (
+        mine.get(Reg::FootLod).first(),
+        theirs.get(Reg::FootLod).first(),
+    );
+    let same_level = match lods {
+        (Some(a), Some(b)) => (level(a.value()) - level(*b)).abs() < 0.5,
+        _ => false,
+    };
+    for reg in Reg::ALL {
+        let (a, b) = (mine.get(*reg), theirs.get(*reg));
+        if a.is_empty() || b.is_empty() || (behind_face(*reg) && !same_face) {
+            continue;
+        }
+        let per_probe =
+            matches!(reg.info().stage, "address" | "filter") && *reg != Reg::FilterColor;
+        if per_probe
+            && (!same_count || flipped || (!same_level && reg.index() >= Reg::AddrS.index()))
+        {
+            continue;
+        }
+        if [Reg::FootStep].contains(reg) && !same_count {
+            continue;
+        }
+        let sign = if flipped && along_axis(*reg) {
+            -1.0
+        } else {
+            1.0
+        };
+        for (code, value) in a.iter().zip(b) {
+            errors.registers[reg.index()].add(error_lsb(*code, sign * value), pixel);
+        }
+    }
+}

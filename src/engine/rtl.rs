@@ -1,0 +1,164 @@
+//! The `rtl` engine: the integer model over blocks of fragments, all cores.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use rtl_model::fx::flags::FlagCounts;
+use rtl_model::regs::{Event, Reg};
+use rtl_model::unit::{Needs, Results, Words};
+use rtl_model::{Config, Texture, Unit};
+
+use super::dispatch::{LANES, Level, block};
+use super::{Engine, Progress, Rendering, Rung, Subject, encode};
+use crate::cube::CubeMap;
+use crate::error::InputError;
+use crate::unit::{UnitSpec, refused};
+
+/// Blocks that one task of the thread pool takes at a time.
+const BLOCKS: usize = 16;
+
+/// The integer model with its textures.
+#[derive(Clone, Debug)]
+pub struct RtlEngine {
+    /// The compiled unit.
+    pub unit: Unit,
+    /// Texel memory.
+    pub texture: Texture,
+    /// The configuration that both were made from.
+    pub config: Config,
+    /// Instructions that blocks run under.
+    pub level: Level,
+}
+
+impl RtlEngine {
+    /// Compiles a unit for what a scene needs and encodes its environment.
+    pub fn new(spec: &UnitSpec, needs: Needs, map: &CubeMap) -> Result<Self, InputError> {
+        let size = u32::try_from(map.size()).unwrap_or(u32::MAX);
+        Ok(Self {
+            unit: Unit::new(&spec.config, needs, size).map_err(refused)?,
+            texture: encode::texture(&spec.config, map).map_err(refused)?,
+            config: spec.config.clone(),
+            level: Level::detect(),
+        })
+    }
+
+    /// Filters fragments; colours as integers with the fraction bits of `filter.color`.
+    #[must_use]
+    pub fn filter(&self, words: &[Words], progress: Progress<'_>) -> Filtered {
+        let parts: Vec<Filtered> = words
+            .par_chunks(LANES * BLOCKS)
+            .map(|chunk| {
+                let mut part = Filtered::default();
+                let mut out = Results::<LANES>::default();
+                for words in chunk.chunks(LANES) {
+                    block(self.level, &self.unit, words, Some(&self.texture), &mut out);
+                    part.take(&out, words.len());
+                }
+                progress(super::to_u64(chunk.len()));
+                part
+            })
+            .collect();
+        let mut whole = Filtered::default();
+        whole.colors.reserve(words.len());
+        for part in parts {
+            whole.append(part);
+        }
+        whole
+    }
+
+    /// A colour code as a double: exact, as the register has at most 48 bits.
+    #[must_use]
+    pub fn color(&self, code: [i64; 3]) -> [f64; 3] {
+        let frac = i32::try_from(self.config.format(Reg::FilterColor).frac).unwrap_or(0);
+        code.map(|c| crate::engine::probe::to_f64(c, frac))
+    }
+}
+
+/// Colours and counts of many fragments.
+#[derive(Clone, Debug, Default)]
+pub struct Filtered {
+    /// RGB codes, one a fragment.
+    pub colors: Vec<[i64; 3]>,
+    /// Probes of all.
+    pub probes: u64,
+    /// Texels of all.
+    pub texels: u64,
+    /// Flagged fragments.
+    pub flags: FlagCounts,
+}
+
+impl Filtered {
+    fn take(&mut self, out: &Results<LANES>, len: usize) {
+        self.colors.extend_from_slice(&out.color[..len]);
+        for lane in 0..len {
+            self.probes += out.probes[lane].unsigned_abs();
+            self.texels += out.texels[lane];
+            self.flags.add(out.flags[lane]);
+        }
+    }
+
+    fn append(&mut self, mut part: Self) {
+        self.colors.append(&mut part.colors);
+        self.probes += part.probes;
+        self.texels += part.texels;
+        self.flags.merge(&part.flags);
+    }
+
+    /// Names and counts of what was flagged.
+    #[must_use]
+    pub fn flag_names(&self, config: &Config) -> BTreeMap<String, u64> {
+        let mut out = BTreeMap::new();
+        for (reg, count) in Reg::ALL.iter().zip(self.flags.overflow) {
+            if count > 0 {
+                out.insert(overflow_name(config, *reg), count);
+            }
+        }
+        for (event, count) in Event::ALL.iter().zip(self.flags.events) {
+            if count > 0 {
+                out.insert(event.name().to_string(), count);
+            }
+        }
+        out
+    }
+}
+
+/// `<stage>.<register>.saturated`, or `.wrapped` where the register wraps.
+#[must_use]
+pub fn overflow_name(config: &Config, reg: Reg) -> String {
+    let info = reg.info();
+    let how = match config.format(reg).overflow {
+        rtl_model::fx::Overflow::Wrap => "wrapped",
+        rtl_model::fx::Overflow::Saturate
+        | rtl_model::fx::Overflow::SaturateSymmetric
+        | rtl_model::fx::Overflow::Zero => "saturated",
+    };
+    format!("{}.{}.{how}", info.stage, info.name)
+}
+
+impl Engine for RtlEngine {
+    fn rung(&self) -> Rung {
+        Rung::Rtl
+    }
+
+    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
+        let words: Vec<Words> = subject
+            .scene
+            .fragments
+            .par_iter()
+            .map(|f| encode::words(&f.fragment))
+            .collect();
+        let start = Instant::now();
+        let filtered = self.filter(&words, progress);
+        let seconds = start.elapsed().as_secs_f64();
+        let colors: Vec<[f64; 3]> = filtered.colors.iter().map(|c| self.color(*c)).collect();
+        Rendering {
+            picture: subject.picture(&colors),
+            seconds,
+            probes: filtered.probes,
+            texels: filtered.texels,
+            flags: filtered.flag_names(&self.config),
+            standard_error: None,
+        }
+    }
+}
