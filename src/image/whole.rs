@@ -4,14 +4,18 @@ use crate::error::InputError;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
 
 /// A file under construction: a temporary beside its final name, renamed by [`WholeFile::commit`]
 /// and removed when dropped without it.
+///
+/// A link is followed: the file it points to is replaced. A device or pipe (`/dev/null`) cannot be
+/// replaced and is written to directly.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
-    writer: BufWriter<NamedTempFile>,
+    writer: BufWriter<File>,
+    temporary: Option<TempPath>,
 }
 
 impl WholeFile {
@@ -22,8 +26,21 @@ impl WholeFile {
     /// A folder that does not exist or cannot be written to, and a path that is itself a folder.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, InputError> {
         let path = path.into();
+        let path = if path.is_symlink() {
+            path.canonicalize().unwrap_or(path)
+        } else {
+            path
+        };
         if path.is_dir() {
             return Err(unwritable(&path, "a folder"));
+        }
+        if path.exists() && !path.is_file() {
+            let file = File::options().write(true).open(&path);
+            return Ok(Self {
+                writer: BufWriter::new(file.map_err(|e| unwritable(&path, &e.to_string()))?),
+                temporary: None,
+                path,
+            });
         }
         let (Some(folder), Some(_)) = (path.parent(), path.file_name()) else {
             return Err(unwritable(&path, "no file name"));
@@ -44,9 +61,11 @@ impl WholeFile {
         let file = builder
             .tempfile_in(folder)
             .map_err(|e| unwritable(&path, &e.to_string()))?;
+        let (file, temporary) = file.into_parts();
         Ok(Self {
             path,
             writer: BufWriter::new(file),
+            temporary: Some(temporary),
         })
     }
 
@@ -57,7 +76,7 @@ impl WholeFile {
     }
 
     /// Where the contents go.
-    pub fn writer(&mut self) -> &mut impl Write {
+    pub fn writer(&mut self) -> &mut BufWriter<File> {
         &mut self.writer
     }
 
@@ -68,7 +87,7 @@ impl WholeFile {
     /// What writing failed with, a full disk for instance.
     pub fn write_with(
         &mut self,
-        write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> std::io::Result<()>,
+        write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
     ) -> Result<(), InputError> {
         write(&mut self.writer).map_err(|e| unwritable(&self.path, &e.to_string()))
     }
@@ -78,13 +97,18 @@ impl WholeFile {
     /// # Errors
     ///
     /// What flushing or renaming failed with; the temporary is removed then.
-    pub fn commit(self) -> Result<File, InputError> {
-        let Self { path, writer } = self;
-        let file = writer
-            .into_inner()
-            .map_err(|e| unwritable(&path, &e.error().to_string()))?;
-        file.persist(&path)
-            .map_err(|e| unwritable(&path, &e.error.to_string()))
+    pub fn commit(mut self) -> Result<(), InputError> {
+        self.writer
+            .flush()
+            .map_err(|e| unwritable(&self.path, &e.to_string()))?;
+        // Closed before it is renamed, which some systems insist on.
+        drop(self.writer);
+        if let Some(temporary) = self.temporary {
+            temporary
+                .persist(&self.path)
+                .map_err(|e| unwritable(&self.path, &e.error.to_string()))?;
+        }
+        Ok(())
     }
 }
 
@@ -132,6 +156,25 @@ mod tests {
         drop(file);
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["out.txt"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_are_followed_and_pipes_written_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        std::fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        let mut file = WholeFile::create(&link).unwrap();
+        file.write_with(|w| w.write_all(b"new")).unwrap();
+        file.commit().unwrap();
+        assert_eq!(std::fs::read(&real).unwrap(), b"new");
+        assert!(link.is_symlink());
+        let mut null = WholeFile::create("/dev/null").unwrap();
+        assert!(null.temporary.is_none());
+        null.write_with(|w| w.write_all(b"gone")).unwrap();
+        null.commit().unwrap();
+        assert!(!Path::new("/dev/null").is_file());
     }
 
     #[test]
