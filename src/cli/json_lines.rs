@@ -73,10 +73,10 @@ pub(super) fn parse(
     })?;
     entries.retain(|(key, _)| key != "out");
     let find = |key: &str| entries.iter().find(|(k, _)| k == key).map(|(_, v)| v);
-    let wrong = |key: &str, expected: &str, found: String| {
-        Err(InputError::new(subject, expected, found, remedy)
-            .at(format!("{}, `{key}`", here(None))))
+    let error = |key: &str, expected: &str, found: String| {
+        InputError::new(subject, expected, found, remedy).at(format!("{}, `{key}`", here(None)))
     };
+    let wrong = |key: &str, expected: &str, found: String| Err(error(key, expected, found));
     match find("op").and_then(Value::as_str) {
         Some("env") => {}
         Some(op @ ("hit" | "cone" | "tex")) => {
@@ -108,9 +108,9 @@ pub(super) fn parse(
     let vector = |key: &str| -> Result<[f64; 3], InputError> {
         match find(key) {
             Some(value) => {
-                numbers(value).or_else(|found| wrong(key, "an array of 3 numbers", found))
+                numbers(value).map_err(|found| error(key, "an array of 3 numbers", found))
             }
-            None => wrong(key, "an array of 3 numbers", "nothing".into()),
+            None => Err(error(key, "an array of 3 numbers", "nothing".into())),
         }
     };
     let fragment = Fragment {
@@ -122,7 +122,7 @@ pub(super) fn parse(
         dn_dy: vector("dn_dy")?,
         h: find("h").map(|_| vector("h")).transpose()?,
         bump: find("bump")
-            .map(|v| numbers(v).or_else(|found| wrong("bump", "an array of 2 numbers", found)))
+            .map(|v| numbers(v).map_err(|found| error("bump", "an array of 2 numbers", found)))
             .transpose()?,
         rough: find("rough").map(|_| vector("rough")).transpose()?,
     };

@@ -137,19 +137,26 @@ pub(super) fn unit_json(spec: &UnitSpec) -> Value {
             KnobValue::Text(t) => json!(t),
             KnobValue::Numbers(v) => json!(v),
         };
-        let mut at = &mut root;
         let parts: Vec<&str> = knob.path.split('.').collect();
-        let Some((key, tables)) = parts.split_last() else {
-            continue;
-        };
-        for table in tables {
-            let slot = at
-                .entry((*table).to_string())
-                .or_insert_with(|| Value::Object(Map::new()));
-            let Value::Object(inner) = slot else { break };
-            at = inner;
-        }
-        at.insert((*key).to_string(), value);
+        put(&mut root, &parts, value);
     }
     Value::Object(root)
+}
+
+/// Puts a value under a path of nested objects.
+fn put(into: &mut Map<String, Value>, path: &[&str], value: Value) {
+    match path {
+        [] => {}
+        [key] => {
+            into.insert((*key).to_string(), value);
+        }
+        [table, rest @ ..] => {
+            let slot = into
+                .entry((*table).to_string())
+                .or_insert_with(|| Value::Object(Map::new()));
+            if let Value::Object(inner) = slot {
+                put(inner, rest, value);
+            }
+        }
+    }
 }
