@@ -527,46 +527,61 @@ fn speed_of_the_filter_path() {
     let prepared = Prepared::new(&Settings::default());
     let mut random = Random::new(32);
     for (name, rough) in [("plain", false), ("rough", true)] {
-        let fragments: Vec<_> = (0..100_000)
-            .map(|_| {
-                let mut f = random.fragment();
-                for d in [&mut f.dv_dx, &mut f.dv_dy, &mut f.dn_dx, &mut f.dn_dy] {
-                    *d = d.map(|x| x * 0.02);
+        // A mirror sphere that fills a picture of 316 × 316 pixels, row by row.
+        let mut fragments = vec![];
+        for y in 0..316 {
+            for x in 0..316 {
+                let [x, y] = [x, y].map(|t| (f64::from(t) - 157.5) / 160.0);
+                let z = 1.0 - x * x - y * y;
+                if z <= 0.0 {
+                    continue;
                 }
+                let z = z.sqrt();
+                let mut f = plain([-x, -y, 4.0]);
+                f.n = [x, y, z];
+                f.dv_dx = [-1.0 / 160.0, 0.0, 0.0];
+                f.dv_dy = [0.0, -1.0 / 160.0, 0.0];
+                f.dn_dx = [1.0 / 160.0, 0.0, -x / z / 160.0];
+                f.dn_dy = [0.0, 1.0 / 160.0, -y / z / 160.0];
+                f.h = Some([0.0, 1.0, 0.0]);
                 if rough {
                     f.bump = Some([0.1 * random.signed(), 0.1 * random.signed()]);
-                    f.rough = Some(random.vector().map(|x| 0.05 * x));
+                    f.rough = Some([0.05, 0.01, 0.02]);
                 }
-                f
-            })
-            .collect();
+                fragments.push(f);
+            }
+        }
+        let count = fragments.len() as f64;
+        let nanoseconds = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e9 / count;
         let start = std::time::Instant::now();
-        let outs: Vec<_> = fragments
+        let probes: f64 = fragments
             .iter()
             .map(|f| env(&prepared, f, 256, Some(&texture), &mut NoTap))
-            .collect();
-        let seconds = start.elapsed().as_secs_f64();
-        let probes: u32 = outs.iter().map(|out| out.probes).sum();
+            .map(|out| f64::from(out.probes) + 1e-300 * out.color[0])
+            .sum();
+        let whole = nanoseconds(start);
         let start = std::time::Instant::now();
         let level: f64 = fragments
             .iter()
             .map(|f| env(&prepared, f, 256, None, &mut NoTap).lod)
             .sum();
-        let front = start.elapsed().as_secs_f64() * 1e4;
-        eprintln!("without texture {front:.0} ns, mean LOD {:.2}", level / 1e5);
+        let front = nanoseconds(start);
+        let outs: Vec<_> = fragments
+            .iter()
+            .map(|f| env(&prepared, f, 256, None, &mut NoTap))
+            .collect();
         let start = std::time::Instant::now();
         let points: u64 = outs
             .iter()
-            .take(10_000)
             .map(|out| ewa_counted(out, &texture).points)
             .sum();
-        let ewa_seconds = start.elapsed().as_secs_f64();
+        let elliptical = nanoseconds(start);
         eprintln!(
-            "{name}: {:.0} ns a fragment, {:.2} probes; ewa {:.2} µs, {:.0} points",
-            seconds * 1e4,
-            f64::from(probes) / 1e5,
-            ewa_seconds * 100.0,
-            points as f64 / 1e4
+            "{name}: {whole:.0} ns a fragment, {front:.0} without texture; {:.2} probes, LOD {:.2}; \
+             ewa {elliptical:.0} ns, {:.0} points",
+            probes / count,
+            level / count,
+            points as f64 / count
         );
     }
 }

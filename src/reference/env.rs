@@ -169,30 +169,38 @@ fn back_end<T: Tap>(
 }
 
 /// The fragment with finite numbers, and with +0 for −0.
+#[inline]
 fn cleaned(fragment: &Fragment, flags: &mut Flags) -> Fragment {
-    let mut clean = *fragment;
-    let required = [
-        &mut clean.v,
-        &mut clean.n,
-        &mut clean.dv_dx,
-        &mut clean.dv_dy,
-        &mut clean.dn_dx,
-        &mut clean.dn_dy,
-    ];
-    let values = required
-        .into_iter()
-        .flatten()
-        .chain(clean.h.iter_mut().flatten())
-        .chain(clean.bump.iter_mut().flatten())
-        .chain(clean.rough.iter_mut().flatten());
-    for value in values {
-        let (number, changed) = finite(*value);
-        *value = number;
-        if changed {
-            flags.insert(Flag::NonFinite);
-        }
+    let mut changed = false;
+    let clean = Fragment {
+        v: clean(fragment.v, &mut changed),
+        n: clean(fragment.n, &mut changed),
+        dv_dx: clean(fragment.dv_dx, &mut changed),
+        dv_dy: clean(fragment.dv_dy, &mut changed),
+        dn_dx: clean(fragment.dn_dx, &mut changed),
+        dn_dy: clean(fragment.dn_dy, &mut changed),
+        h: fragment.h.map(|h| clean(h, &mut changed)),
+        bump: fragment.bump.map(|b| clean(b, &mut changed)),
+        rough: fragment.rough.map(|d| clean(d, &mut changed)),
+    };
+    if changed {
+        flags.insert(Flag::NonFinite);
     }
     clean
+}
+
+/// The values as finite numbers.
+#[inline]
+fn clean<const N: usize>(mut values: [f64; N], changed: &mut bool) -> [f64; N] {
+    for value in &mut values {
+        if value.is_finite() {
+            *value += 0.0;
+        } else {
+            *value = finite(*value).0;
+            *changed = true;
+        }
+    }
+    values
 }
 
 /// Whether plain doubles can neither overflow nor underflow to any effect.
@@ -204,22 +212,31 @@ fn cleaned(fragment: &Fragment, flags: &mut Flags) -> Fragment {
 fn ordinary(prepared: &Prepared, fragment: &Fragment) -> bool {
     const LEAST: f64 = 7.888_609_052_210_118e-31; // 2⁻¹⁰⁰
     const MOST: f64 = 1_099_511_627_776.0; // 2⁴⁰
-    let good = |x: &f64| *x == 0.0 || (LEAST..=MOST).contains(&x.abs());
-    let strong = |a: &[f64; 3]| a.iter().any(|x| x.abs() >= 1.0 / MOST);
+    fn good<const N: usize>(values: [f64; N]) -> bool {
+        let mut good = true;
+        for x in values {
+            let size = x.abs();
+            good &= (size == 0.0) | ((size >= LEAST) & (size <= MOST));
+        }
+        good
+    }
+    let strong = |a: [f64; 3]| a[0].abs().max(a[1].abs()).max(a[2].abs()) >= 1.0 / MOST;
     let f = fragment;
-    strong(&f.v)
-        && strong(&f.n)
-        && [f.v, f.n, f.dv_dx, f.dv_dy, f.dn_dx, f.dn_dy]
-            .as_flattened()
-            .iter()
-            .chain(f.h.iter().flatten())
-            .chain(f.bump.iter().flatten())
-            .chain(f.rough.iter().flatten())
-            .all(good)
-        && good(&prepared.settings().roughness_scale)
+    strong(f.v)
+        && strong(f.n)
+        && good(f.v)
+        && good(f.n)
+        && good(f.dv_dx)
+        && good(f.dv_dy)
+        && good(f.dn_dx)
+        && good(f.dn_dy)
+        && f.h.is_none_or(good)
+        && f.bump.is_none_or(good)
+        && f.rough.is_none_or(good)
+        && good([prepared.settings().roughness_scale])
         && prepared
             .rotation()
-            .is_none_or(|rotation| rotation.as_flattened().iter().all(good))
+            .is_none_or(|rotation| rotation.iter().copied().all(good))
 }
 
 /// The stages up to `eigen` in the arithmetic `R`.
