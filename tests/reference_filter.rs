@@ -216,11 +216,12 @@ fn the_cubes_48_symmetries_turn_fragments_maps_and_colors_alike() {
                 assert!((a - b).abs() <= 2f64.powi(-34), "{a} {b} {matrix:?} {f:?}");
             }
             assert!((a.lambda[0] - b.lambda[0]).abs() <= 2f64.powi(-41));
-            let means = [ewa(&a, &texture), ewa(&b, &turned_texture)];
-            for c in 0..3 {
+            let mean = ewa(&a, &texture);
+            let turned = ewa(&b, &turned_texture);
+            for (a, b) in mean.into_iter().zip(turned) {
                 // At most 2¹² points here; a point at the cut counts for at most e^(−4.5) of the middle and
                 // enters or leaves only within rounding of it, which this seed does not meet.
-                assert!((means[0][c] - means[1][c]).abs() <= 2f64.powi(-34));
+                assert!((a - b).abs() <= 2f64.powi(-34));
             }
         }
     }
@@ -335,7 +336,8 @@ fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
     let centre = see(0, 0);
     for r in 1..8 {
         let first = see(r, 0);
-        // Σ = K/12 + h²/6 = (0.25·16.5²/12 + 1/6) texels², the weight e^(−r²/2Σ) to a few roundings.
+        // Σ = K/12 + h²/6 = (0.25·16.5²/12 + 1/6) texels², the weight e^(−r²/2Σ) to 2⁷ roundings
+        // (runs of 16 weights follow from one another), twice, and some for the centre.
         let variance = 0.25 * 16.5 * 16.5 / 12.0 + 1.0 / 6.0;
         let want = centre * libm::exp(-f64::from(r * r) / 2.0 / variance);
         let want = if f64::from(r * r) / variance > 9.0 {
@@ -345,9 +347,9 @@ fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
         };
         for (dx, dy) in [(r, 0), (-r, 0), (0, r), (0, -r)] {
             let got = see(dx, dy);
-            assert!((got - first).abs() <= 16.0 * f64::EPSILON * first);
+            assert!((got - first).abs() <= 256.0 * f64::EPSILON * first);
             assert!(
-                (got - want).abs() <= 64.0 * f64::EPSILON * want,
+                (got - want).abs() <= 256.0 * f64::EPSILON * want,
                 "{got} {want}"
             );
         }
@@ -359,7 +361,7 @@ fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
 fn ewa_takes_a_coarser_lattice_where_the_ellipse_holds_too_many_texels() {
     let cube = noise(256, 27);
     let texture = Texture::new(&cube);
-    for (size, level) in [(0.5, 0u32), (1.0, 0), (8.0, 3), (1e6, 20), (1e150, 498)] {
+    for size in [0.5, 1.0, 8.0, 1e6, 1e150] {
         let mut f = plain([0.0, 0.0, 1.0]);
         f.dv_dx = [size, 0.0, 0.0];
         f.dv_dy = [0.0, size, 0.0];
@@ -373,7 +375,6 @@ fn ewa_takes_a_coarser_lattice_where_the_ellipse_holds_too_many_texels() {
         let got = ewa_counted(&out, &texture);
         // 9π·K/12 texels² of area (K = size², 128 texels to the unit) over 4^level at most 65536:
         // level ≥ log2(size·128·√(9π/12)/256) = log2(size) − 0.38.
-        let _ = level;
         let want = (libm::log2(size) - 0.38).ceil().max(0.0);
         assert_eq!(f64::from(got.level), want, "{size}");
         assert!(got.points <= 70_000, "{}", got.points);
