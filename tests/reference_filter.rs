@@ -1,4 +1,4 @@
-//! Probe weights, the filter and the elliptical Gaussian of the float reference.
+//! Probe weights, edges and the filter of the float reference.
 #![expect(
     clippy::float_cmp,
     reason = "what is exact by construction is compared exactly"
@@ -6,41 +6,13 @@
 
 mod reference_support;
 
-use reference_support::{Random, apply, map};
-use tapline::cube::{CubeMap, direction, face_uv};
+use reference_support::{PLAIN, Random, Strict, apply, map, noise, plain};
+use tapline::cube::{direction, face_uv};
 use tapline::fragment::Fragment;
 use tapline::policy::{Axis, Count, Weights};
-use tapline::reference::address::Address;
-use tapline::reference::{Env, NoTap, Prepared, Texture, env, ewa, ewa_counted, probe_weights};
+use tapline::reference::{NoTap, Prepared, Tap, Texture, env, ewa, ewa_counted, probe_weights};
 use tapline::settings::Settings;
-
-/// A map of random texels in 0…1, multiples of 1/256: sums of four halve exactly in floats.
-fn noise(size: usize, seed: u64) -> CubeMap {
-    let mut random = Random::new(seed);
-    let texels: Vec<[f32; 3]> = (0..6 * size * size)
-        .map(|_| {
-            #[expect(clippy::cast_possible_truncation, reason = "texels are floats")]
-            random
-                .vector()
-                .map(|x| (x * 128.0 + 128.0).floor() as f32 / 256.0)
-        })
-        .collect();
-    map(size, |face, x, y| texels[(face * size + y) * size + x])
-}
-
-fn plain(v: [f64; 3]) -> Fragment {
-    Fragment {
-        v,
-        n: v,
-        dv_dx: [0.0; 3],
-        dv_dy: [0.0; 3],
-        dn_dx: [0.0; 3],
-        dn_dy: [0.0; 3],
-        h: None,
-        bump: None,
-        rough: None,
-    }
-}
+use tapline::stage::Stage;
 
 #[test]
 fn probe_weights_sum_to_the_power_of_two_and_fall_from_the_middle() {
@@ -216,307 +188,135 @@ fn the_cubes_48_symmetries_turn_fragments_maps_and_colors_alike() {
                 assert!((a - b).abs() <= 2f64.powi(-34), "{a} {b} {matrix:?} {f:?}");
             }
             assert!((a.lambda[0] - b.lambda[0]).abs() <= 2f64.powi(-41));
-            let means = [ewa(&a, &texture), ewa(&b, &turned_texture)];
-            for c in 0..3 {
+            let mean = ewa(&a, &texture);
+            let turned = ewa(&b, &turned_texture);
+            for (a, b) in mean.into_iter().zip(turned) {
                 // At most 2¹² points here; a point at the cut counts for at most e^(−4.5) of the middle and
                 // enters or leaves only within rounding of it, which this seed does not meet.
-                assert!((means[0][c] - means[1][c]).abs() <= 2f64.powi(-34));
+                assert!((a - b).abs() <= 2f64.powi(-34));
             }
         }
     }
     assert!(several > 100);
 }
 
-/// The definition of ewa, literally: every lattice point for four faces around, the full quadratic form.
-fn brute_force(out: &Env, texture: &Texture) -> [f64; 3] {
-    let size = texture.size();
-    let n = i32::try_from(size).unwrap();
-    let h = 2.0 / f64::from(n);
-    let t = h * h / 6.0;
-    let (a, b, c) = (out.k[0] / 12.0 + t, out.k[1] / 12.0, out.k[2] / 12.0 + t);
-    let det = a * c - b * b;
-    let (mut sum, mut total) = ([0.0; 3], 0.0);
-    for j in -4 * n..5 * n {
-        for i in -4 * n..5 * n {
-            let [u, v] = [i, j].map(|t| (f64::from(t) + 0.5) * h - 1.0);
-            let (x, y) = (u - out.u, v - out.v);
-            let q = (c * x * x - 2.0 * b * x * y + a * y * y) / det;
-            if q > 9.0 {
-                continue;
-            }
-            let (face, u, v) = face_uv(direction(out.face, u, v));
-            let value = texture.bilinear(0, Address { face, u, v });
-            let weight = libm::exp(-q / 2.0);
-            total += weight;
-            for k in 0..3 {
-                sum[k] += weight * value[k];
-            }
-        }
-    }
-    sum.map(|x| x / total)
-}
-
 #[test]
-fn ewa_is_the_sum_of_its_definition() {
-    let mut random = Random::new(24);
-    let mut large = 0;
-    for size in [1usize, 2, 7, 16] {
-        let cube = noise(size, 25);
-        let texture = Texture::new(&cube);
-        for _ in 0..40 {
-            let mut f = plain([random.signed(), random.signed(), 1.0]);
-            f.dv_dx = random.vector().map(|x| 2.0 * x);
-            f.dv_dy = random.vector();
-            let out = env(
-                &Prepared::new(&Settings::default()),
-                &f,
-                size,
-                None,
-                &mut NoTap,
-            );
-            let got = ewa_counted(&out, &texture);
-            assert_eq!(got.level, 0);
-            large += usize::from(got.points > 100);
-            for (got, want) in got.color.into_iter().zip(brute_force(&out, &texture)) {
-                // At most 2¹³ points of value ≤ 1 in two orders, bilinear at texel centres (2⁻⁵⁰), and
-                // exponents ≤ 4.5 off by cond(Σ) ≤ 2¹² roundings: below 2⁻³⁶.
-                assert!((got - want).abs() <= 2f64.powi(-36), "{size}: {got} {want}");
-            }
-        }
-    }
-    assert!(large > 20, "{large}");
-}
-
-#[test]
-fn ewa_of_a_constant_map_is_that_constant() {
-    let cube = map(32, |_, _, _| [0.3, 7.0, 65504.0]);
+fn extreme_one_ulp_to_each_side_of_edges_and_corners_changes_face_and_not_color() {
+    // A map that is continuous across the seams: the direction itself.
+    let cube = map(8, |face, x, y| {
+        let [u, v] = [x, y].map(|t| (t as f64 + 0.5) / 4.0 - 1.0);
+        let d = tapline::cube::direction(face, u, v);
+        let length = d.iter().map(|x| x * x).sum::<f64>().sqrt();
+        #[expect(clippy::cast_possible_truncation, reason = "texels are floats")]
+        d.map(|x| (x / length) as f32)
+    });
     let texture = Texture::new(&cube);
-    let mut random = Random::new(26);
-    for _ in 0..200 {
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &random.fragment(),
-            32,
-            None,
-            &mut NoTap,
-        );
-        let got = ewa_counted(&out, &texture);
-        // Two sums of positive terms, each within points·2⁻⁵³ of itself, relatively, plus the division.
-        let bound = (2.0 * got.points as f64 + 4.0) * f64::EPSILON;
-        for (got, want) in got.color.into_iter().zip([0.3f32, 7.0, 65504.0]) {
-            let want = f64::from(want);
-            assert!((got - want).abs() <= bound * want, "{got} {want}");
+    let prepared = Prepared::new(&Settings::default());
+    let above = 1.0 + f64::EPSILON;
+    let below = 1.0 - f64::EPSILON / 2.0;
+    for (v, faces) in [
+        ([1.0, 0.25, 1.0], [4, 0, 4]),
+        ([1.0, 1.0, 0.25], [2, 0, 2]),
+        ([1.0, 1.0, 1.0], [4, 0, 4]),
+    ] {
+        let mut colors = vec![];
+        for (x, face) in [(1.0, faces[0]), (above, faces[1]), (below, faces[2])] {
+            let v = [x, v[1], v[2]];
+            let f = Fragment { v, n: v, ..PLAIN };
+            let out = env(&prepared, &f, 8, Some(&texture), &mut NoTap);
+            assert_eq!(out.face, face, "{v:?}");
+            colors.push(out.color);
+        }
+        for color in &colors {
+            for (a, b) in color.iter().zip(&colors[0]) {
+                // (u, v) moves by 2 ulp at most, 8/2 texels per unit, texel steps below 1 in value; the
+                // taps on both sides are the same texels, mixed in another order: 16 roundings.
+                assert!((a - b).abs() <= 16.0 * f64::EPSILON, "{v:?}: {colors:?}");
+            }
         }
     }
 }
 
 #[test]
-fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
-    // One bright texel at four places around the centre texel's centre.
-    let size = 33;
-    let see = |dx: i32, dy: i32| {
-        let at = [16 + dx, 16 + dy].map(|t| usize::try_from(t).unwrap());
-        let cube = map(size, |face, x, y| {
-            [f32::from(u8::from(face == 4 && [x, y] == at)); 3]
-        });
-        let mut f = plain([0.0, 0.0, 1.0]);
-        f.dv_dx = [0.5, 0.0, 0.0];
-        f.dv_dy = [0.0, 0.5, 0.0];
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            size,
-            None,
-            &mut NoTap,
-        );
-        assert_eq!(out.k[0], out.k[2]);
-        ewa(&out, &Texture::new(&cube))[0]
-    };
-    let centre = see(0, 0);
-    for r in 1..8 {
-        let first = see(r, 0);
-        // Σ = K/12 + h²/6 = (0.25·16.5²/12 + 1/6) texels², the weight e^(−r²/2Σ) to a few roundings.
-        let variance = 0.25 * 16.5 * 16.5 / 12.0 + 1.0 / 6.0;
-        let want = centre * libm::exp(-f64::from(r * r) / 2.0 / variance);
-        let want = if f64::from(r * r) / variance > 9.0 {
-            0.0
-        } else {
-            want
-        };
-        for (dx, dy) in [(r, 0), (-r, 0), (0, r), (0, -r)] {
-            let got = see(dx, dy);
-            assert!((got - first).abs() <= 16.0 * f64::EPSILON * first);
-            assert!(
-                (got - want).abs() <= 64.0 * f64::EPSILON * want,
-                "{got} {want}"
-            );
+fn extreme_a_probe_line_over_two_edges_wraps_round_the_cube() {
+    struct Line(Vec<f64>);
+    impl Tap for Line {
+        fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
+            if stage == Stage::Address && register == "u" {
+                assert_eq!(component, self.0.len());
+                self.0.push(value);
+            }
         }
+        fn event(&mut self, _: &'static str) {}
     }
-    assert!(centre > 0.0);
-}
-
-#[test]
-fn ewa_takes_a_coarser_lattice_where_the_ellipse_holds_too_many_texels() {
-    let cube = noise(256, 27);
+    // Texels hold their face's number; a line 8 units long has probes on −x, +z and +x.
+    let cube = map(4, |face, _, _| {
+        [u8::try_from(face).map_or(0.0, f32::from); 3]
+    });
     let texture = Texture::new(&cube);
-    for (size, level) in [(0.5, 0u32), (1.0, 0), (8.0, 3), (1e6, 20), (1e150, 498)] {
-        let mut f = plain([0.0, 0.0, 1.0]);
-        f.dv_dx = [size, 0.0, 0.0];
-        f.dv_dy = [0.0, size, 0.0];
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            256,
-            None,
-            &mut NoTap,
-        );
-        let got = ewa_counted(&out, &texture);
-        // 9π·K/12 texels² of area (K = size², 128 texels to the unit) over 4^level at most 65536:
-        // level ≥ log2(size·128·√(9π/12)/256) = log2(size) − 0.38.
-        let _ = level;
-        let want = (libm::log2(size) - 0.38).ceil().max(0.0);
-        assert_eq!(f64::from(got.level), want, "{size}");
-        assert!(got.points <= 70_000, "{}", got.points);
-        assert!(got.color.iter().all(|x| (0.0..=1.0).contains(x)));
-    }
-}
-
-#[test]
-fn errata_scale_root_12_makes_k_over_12_hold_the_roughness_covariance_itself() {
-    let mut random = Random::new(28);
-    for _ in 0..100 {
-        let mut f = random.fragment();
-        for d in [&mut f.dv_dx, &mut f.dv_dy, &mut f.dn_dx, &mut f.dn_dy] {
-            *d = [0.0; 3];
-        }
-        f.rough = Some(random.vector());
-        let k = |scale: f64| {
-            let settings = Settings {
-                roughness_scale: scale,
-                ..Settings::default()
-            };
-            env(&Prepared::new(&settings), &f, 256, None, &mut NoTap).k
-        };
-        let (paper, matched) = (k(1.0), k(12f64.sqrt()));
-        let trace = paper[0] + paper[2];
-        for (p, m) in paper.into_iter().zip(matched) {
-            // s² = 12 to one rounding of s, squared; sums of four squares: 16 roundings of the trace.
-            assert!((m / 12.0 - p).abs() <= 16.0 * f64::EPSILON * trace);
-        }
-    }
-}
-
-#[test]
-fn errata_k_is_d_times_its_transpose() {
-    let mut random = Random::new(29);
-    let mut transposed_differs = 0;
-    for _ in 0..200 {
-        let f = random.fragment();
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            256,
-            None,
-            &mut NoTap,
-        );
-        let [[p, q], [r, s]] = out.d;
-        let det = (p * s - q * r) * (p * s - q * r);
-        let condition = (out.k[0] + out.k[2]) * (out.k[0] + out.k[2]) / det;
-        if condition > 1e6 {
-            continue;
-        }
-        for step in 0..12 {
-            let angle = f64::from(step) * 0.5;
-            let (c, sn) = (libm::cos(angle), libm::sin(angle));
-            let x = [p * c + q * sn, r * c + s * sn];
-            let form = |[a, b, c]: [f64; 3]| {
-                (c * x[0] * x[0] - 2.0 * b * x[0] * x[1] + a * x[1] * x[1]) / det
-            };
-            // Terms of the form are below `condition`, with some 32 roundings.
-            let bound = 32.0 * f64::EPSILON * condition;
-            assert!((form(out.k) - 1.0).abs() <= bound);
-            let printed = [p * p + r * r, p * q + r * s, q * q + s * s];
-            transposed_differs += usize::from((form(printed) - 1.0).abs() > 0.1);
-        }
-    }
-    assert!(transposed_differs > 500, "{transposed_differs}");
-}
-
-#[test]
-fn errata_the_covariance_of_the_appendix_has_n_terms() {
-    // Sum i = 0..n is n + 1 terms: with 1/n the mean of a constant is off, and its variance not zero.
-    let b = [0.75; 9];
-    let covariance = |terms: usize, divisor: f64| {
-        let mean = b[..terms].iter().sum::<f64>() / divisor;
-        b[..terms]
-            .iter()
-            .map(|x| (x - mean) * (x - mean))
-            .sum::<f64>()
-            / divisor
-    };
-    assert_eq!(covariance(8, 8.0), 0.0);
-    assert!(covariance(9, 8.0) > 0.0);
-}
-
-/// A 2×2 symmetric eigenproblem by one Jacobi rotation, whose tangent solves t² + 2θt − 1 = 0.
-fn jacobi([a, b, c]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
-    let (t, cos) = if b == 0.0 {
-        (0.0, 1.0)
-    } else {
-        let theta = (c - a) / (2.0 * b);
-        let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-        (t, 1.0 / (t * t + 1.0).sqrt())
-    };
-    let sin = t * cos;
-    // Columns (cos, −sin) and (sin, cos) belong to a − tb and c + tb.
-    let (first, second) = (a - t * b, c + t * b);
-    if first > second {
-        ([first, second], [cos, -sin])
-    } else {
-        ([second, first], [sin, cos])
-    }
-}
-
-#[test]
-fn eigen_agrees_with_a_jacobi_rotation() {
-    let mut random = Random::new(30);
-    for case in 0..2000 {
-        let [a, c] = [random.signed().abs(), random.signed().abs()];
-        let k = [a, random.signed() * (a * c).sqrt(), c];
-        let ([major, minor], [x, y]) = jacobi(k);
-        let policy = (Axis::EigenExact, tapline::policy::Minor::ALL[case % 2]);
-        let got =
-            tapline::reference::eigen::eigen::<f64, _>(k, [None; 2], policy, None, &mut NoTap);
-        // Eight roundings of terms below a + c on both sides; λ2² under either formula likewise.
-        let bound = 32.0 * f64::EPSILON * (a + c);
-        assert!((got.lambda[0] * got.lambda[0] - major).abs() <= bound);
-        assert!((got.lambda[1] * got.lambda[1] - minor.max(0.0)).abs() <= bound);
-        // The axis moves by the error over the gap of the eigenvalues.
-        let sine = got.axis[0] * y - got.axis[1] * x;
-        assert!(
-            sine.abs() <= bound / (major - minor) + 8.0 * f64::EPSILON,
-            "{k:?}"
-        );
-        assert!((got.axis[0].hypot(got.axis[1]) - 1.0).abs() <= 4.0 * f64::EPSILON);
-        assert!(got.axis[0] > 0.0);
-    }
-}
-
-#[test]
-fn longer_derivative_takes_the_longest_column() {
-    let settings = Settings {
-        axis: Axis::LongerDerivative,
+    let prepared = Prepared::new(&Settings {
+        max_probes: 16,
         ..Settings::default()
+    });
+    let f = Fragment {
+        dn_dx: [4.0, 0.0, 0.0],
+        ..PLAIN
     };
-    let mut f = plain([0.0, 0.0, 1.0]);
-    // n = v: ∂v_r = ∂v·(2nnᵀ − I): D = −(∂v).
-    f.dv_dx = [-0.25, 0.0, 0.0];
-    f.dv_dy = [0.375, -0.5, 0.0];
-    let out = env(&Prepared::new(&settings), &f, 256, None, &mut NoTap);
-    let [[_, x], [_, y]] = out.d;
-    assert_eq!((x.abs(), y.abs()), (0.375, 0.5));
-    assert_eq!(out.lambda, [0.625, 0.25]);
-    assert!((out.axis[1] / out.axis[0] - y / x).abs() <= 4.0 * f64::EPSILON && out.axis[0] > 0.0);
+    let mut tap = Line(vec![]);
+    let out = env(&prepared, &f, 4, Some(&texture), &mut tap);
+    assert_eq!((out.lambda[0], out.probes), (8.0, 16));
+    let want: Vec<_> = (0..16).map(|i| f64::from(i) * 0.5 - 3.75).collect();
+    assert_eq!(tap.0, want);
+    // The same look-ups by direction: (u, 0, 1) is −x, +z or +x. Sums of 16 values below 5: 16 roundings.
+    let mean = (0..16).map(|i| {
+        let u = f64::from(i) * 0.5 - 3.75;
+        let (face, s, t) = tapline::cube::face_uv([u, 0.0, 1.0]);
+        texture.bilinear(
+            0,
+            tapline::reference::address::Address { face, u: s, v: -t },
+        )[0]
+    });
+    let mean = mean.sum::<f64>() / 16.0;
+    assert!(
+        (out.color[0] - mean).abs() <= 16.0 * f64::EPSILON * 5.0,
+        "{} {mean}",
+        out.color[0]
+    );
+}
+
+#[test]
+fn extreme_faces_of_one_texel_and_of_sizes_that_are_no_power_of_two_are_filtered() {
+    let mut random = Random::new(15);
+    for size in [1usize, 3, 5, 6, 7, 12] {
+        let cube = map(size, |_, _, _| [0.25, 0.5, 0.125]);
+        let texture = Texture::new(&cube);
+        let prepared = Prepared::new(&Settings::default());
+        for _ in 0..100 {
+            let f = random.fragment();
+            let out = env(&prepared, &f, size, Some(&texture), &mut Strict);
+            assert_eq!(out.color, [0.25, 0.5, 0.125]);
+            assert!(out.lod <= f64::from(size.ilog2()));
+        }
+    }
+}
+
+#[test]
+fn extreme_texels_at_the_ends_of_half_floats_pass_exactly() {
+    for value in [65504.0f32, 5.960_464_5e-8, -65504.0, -1.0] {
+        for weights in [Weights::Box, Weights::Gaussian] {
+            let cube = map(8, |_, _, _| [value; 3]);
+            let texture = Texture::new(&cube);
+            let prepared = Prepared::new(&Settings {
+                weights,
+                ..Settings::default()
+            });
+            let mut random = Random::new(16);
+            for _ in 0..50 {
+                let out = env(&prepared, &random.fragment(), 8, Some(&texture), &mut NoTap);
+                assert_eq!(out.color, [f64::from(value); 3]);
+            }
+        }
+    }
 }
 
 #[test]
@@ -527,46 +327,61 @@ fn speed_of_the_filter_path() {
     let prepared = Prepared::new(&Settings::default());
     let mut random = Random::new(32);
     for (name, rough) in [("plain", false), ("rough", true)] {
-        let fragments: Vec<_> = (0..100_000)
-            .map(|_| {
-                let mut f = random.fragment();
-                for d in [&mut f.dv_dx, &mut f.dv_dy, &mut f.dn_dx, &mut f.dn_dy] {
-                    *d = d.map(|x| x * 0.02);
+        // A mirror sphere that fills a picture of 316 × 316 pixels, row by row.
+        let mut fragments = vec![];
+        for y in 0..316 {
+            for x in 0..316 {
+                let [x, y] = [x, y].map(|t| (f64::from(t) - 157.5) / 160.0);
+                let z = 1.0 - x * x - y * y;
+                if z <= 0.0 {
+                    continue;
                 }
+                let z = z.sqrt();
+                let mut f = plain([-x, -y, 4.0]);
+                f.n = [x, y, z];
+                f.dv_dx = [-1.0 / 160.0, 0.0, 0.0];
+                f.dv_dy = [0.0, -1.0 / 160.0, 0.0];
+                f.dn_dx = [1.0 / 160.0, 0.0, -x / z / 160.0];
+                f.dn_dy = [0.0, 1.0 / 160.0, -y / z / 160.0];
+                f.h = Some([0.0, 1.0, 0.0]);
                 if rough {
                     f.bump = Some([0.1 * random.signed(), 0.1 * random.signed()]);
-                    f.rough = Some(random.vector().map(|x| 0.05 * x));
+                    f.rough = Some([0.05, 0.01, 0.02]);
                 }
-                f
-            })
-            .collect();
+                fragments.push(f);
+            }
+        }
+        let count = fragments.len() as f64;
+        let nanoseconds = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e9 / count;
         let start = std::time::Instant::now();
-        let outs: Vec<_> = fragments
+        let probes: f64 = fragments
             .iter()
             .map(|f| env(&prepared, f, 256, Some(&texture), &mut NoTap))
-            .collect();
-        let seconds = start.elapsed().as_secs_f64();
-        let probes: u32 = outs.iter().map(|out| out.probes).sum();
+            .map(|out| f64::from(out.probes) + 1e-300 * out.color[0])
+            .sum();
+        let whole = nanoseconds(start);
         let start = std::time::Instant::now();
         let level: f64 = fragments
             .iter()
             .map(|f| env(&prepared, f, 256, None, &mut NoTap).lod)
             .sum();
-        let front = start.elapsed().as_secs_f64() * 1e4;
-        eprintln!("without texture {front:.0} ns, mean LOD {:.2}", level / 1e5);
+        let front = nanoseconds(start);
+        let outs: Vec<_> = fragments
+            .iter()
+            .map(|f| env(&prepared, f, 256, None, &mut NoTap))
+            .collect();
         let start = std::time::Instant::now();
         let points: u64 = outs
             .iter()
-            .take(10_000)
             .map(|out| ewa_counted(out, &texture).points)
             .sum();
-        let ewa_seconds = start.elapsed().as_secs_f64();
+        let elliptical = nanoseconds(start);
         eprintln!(
-            "{name}: {:.0} ns a fragment, {:.2} probes; ewa {:.2} µs, {:.0} points",
-            seconds * 1e4,
-            f64::from(probes) / 1e5,
-            ewa_seconds * 100.0,
-            points as f64 / 1e4
+            "{name}: {whole:.0} ns a fragment, {front:.0} without texture; {:.2} probes, LOD {:.2}; \
+             ewa {elliptical:.0} ns, {:.0} points",
+            probes / count,
+            level / count,
+            points as f64 / count
         );
     }
 }

@@ -17,6 +17,7 @@ pub struct Address {
 }
 
 /// The texel coordinate of a face coordinate: (u + 1)/2·N − ½; texel i has its centre at i.
+#[inline]
 #[must_use]
 pub fn texel_coordinate(u: f64, size: usize) -> f64 {
     (u + 1.0) / 2.0 * size as f64 - 0.5

@@ -38,6 +38,7 @@ pub trait Real:
 }
 
 /// The sum of two doubles and its rounding error (Knuth).
+#[inline]
 pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_part = sum - a;
@@ -46,6 +47,7 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// The product of two doubles and its rounding error (Veltkamp and Dekker, without a fused
 /// multiply-add). Exact while nothing overflows and the error does not underflow.
+#[inline]
 pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let split = |x: f64| {
         let high = 134_217_729.0 * x;
@@ -58,35 +60,43 @@ pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// A double that is finite and not −0.
+#[inline]
 pub(super) fn saturate(value: f64) -> f64 {
     value.clamp(-f64::MAX, f64::MAX) + 0.0
 }
 
 impl Real for f64 {
+    #[inline]
     fn from_f64(value: f64) -> Self {
         value + 0.0
     }
 
+    #[inline]
     fn to_f64(self) -> f64 {
         saturate(self)
     }
 
+    #[inline]
     fn is_beyond_range(self) -> bool {
         self.is_infinite()
     }
 
+    #[inline]
     fn is_zero(self) -> bool {
         self == 0.0
     }
 
+    #[inline]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
 
+    #[inline]
     fn abs(self) -> Self {
         Self::abs(self)
     }
 
+    #[inline]
     fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
         let (ab, ab_error) = two_product(a, b);
         let (cd, cd_error) = two_product(c, d);

@@ -101,21 +101,20 @@ impl<'a> Texture<'a> {
         let taps = if x > 0 && y > 0 && x < size && y < size {
             let texels = &self.map.levels[level].texels;
             let row = (at.face * size + y - 1) * size + x - 1;
+            let wide = |[r, g, b]: [f32; 3]| [f64::from(r), f64::from(g), f64::from(b)];
             [
-                texels[row],
-                texels[row + 1],
-                texels[row + size],
-                texels[row + size + 1],
+                wide(texels[row]),
+                wide(texels[row + 1]),
+                wide(texels[row + size]),
+                wide(texels[row + size + 1]),
             ]
-            .map(|t| t.map(f64::from))
         } else {
             [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
                 .map(|(x, y)| self.tap(level, at.face, x, y))
         };
-        std::array::from_fn(|c| {
-            let [top, bottom] = [(0, 1), (2, 3)].map(|(l, r)| mix(taps[l][c], taps[r][c], fx));
-            mix(top, bottom, fy)
-        })
+        let [lt, rt, lb, rb] = taps;
+        let value = |c: usize| mix(mix(lt[c], rt[c], fx), mix(lb[c], rb[c], fx), fy);
+        [value(0), value(1), value(2)]
     }
 
     /// The tap at column x − 1 and row y − 1 of a face, which may lie one texel outside.
@@ -142,13 +141,13 @@ pub(super) fn mix(a: f64, b: f64, f: f64) -> f64 {
 /// The left tap of a coordinate, plus one, and the weight of the right one.
 #[inline]
 fn cell(u: f64, size: usize) -> (usize, f64) {
-    let s = texel_coordinate(u, size).clamp(-0.5, size as f64 - 0.5);
-    let low = s.floor();
+    // Never negative, so that the cast is a floor.
+    let above_left = (texel_coordinate(u, size) + 1.0).clamp(0.5, size as f64 + 0.5);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "low is a whole number from −1 to size − 1"
+        reason = "from ½ to size + ½"
     )]
-    let index = (low + 1.0) as usize;
-    (index, s - low)
+    let index = above_left as usize;
+    (index, above_left - index as f64)
 }

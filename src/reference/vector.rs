@@ -11,11 +11,13 @@ pub fn vector<R: Real>(values: [f64; 3]) -> Vector<R> {
 }
 
 /// ⟨a, b⟩, summed from the left.
+#[inline]
 pub fn dot<R: Real>(a: Vector<R>, b: Vector<R>) -> R {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a × b, each component to a few ulp of itself.
+#[inline]
 pub fn cross<R: Real>(a: Vector<R>, b: Vector<R>) -> Vector<R> {
     [
         R::product_difference(a[1], b[2], a[2], b[1]),
@@ -25,16 +27,19 @@ pub fn cross<R: Real>(a: Vector<R>, b: Vector<R>) -> Vector<R> {
 }
 
 /// a + b.
+#[inline]
 pub fn add<R: Real>(a: Vector<R>, b: Vector<R>) -> Vector<R> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// a − b.
+#[inline]
 pub fn subtract<R: Real>(a: Vector<R>, b: Vector<R>) -> Vector<R> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// s · a.
+#[inline]
 pub fn scale<R: Real>(s: R, a: Vector<R>) -> Vector<R> {
     a.map(|x| s * x)
 }
@@ -45,6 +50,7 @@ pub fn transform<R: Real>(matrix: &[[R; 3]; 3], a: Vector<R>) -> Vector<R> {
 }
 
 /// The largest magnitude of a component.
+#[inline]
 pub fn largest<R: Real>(a: Vector<R>) -> R {
     a.into_iter().fold(R::from_f64(0.0), |most, x| {
         if x.abs() > most { x.abs() } else { most }

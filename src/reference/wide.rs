@@ -188,3 +188,107 @@ impl Real for Wide {
         a * b - c * d
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wide(x: f64) -> Wide {
+        Wide::from_f64(x)
+    }
+
+    /// An integer of up to 106 bits.
+    fn whole(x: i128) -> Wide {
+        let high = (x >> 53) as f64;
+        let low = (x & ((1 << 53) - 1)) as f64;
+        wide(high) * wide(2f64.powi(53)) + wide(low)
+    }
+
+    fn integers() -> impl Iterator<Item = (i64, i64)> {
+        let mut state = 1u64;
+        std::iter::from_fn(move || {
+            let mut next = || {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                let shift = 11 + (state >> 33) % 50;
+                state.cast_signed() >> shift
+            };
+            Some((next(), next()))
+        })
+        .take(2000)
+    }
+
+    #[test]
+    fn sums_and_products_of_integers_are_exact() {
+        for (a, b) in integers() {
+            let (x, y) = (wide(a as f64), wide(b as f64));
+            assert_eq!(x * y, whole(i128::from(a) * i128::from(b)));
+            assert_eq!(x + y, whole(i128::from(a) + i128::from(b)));
+            assert_eq!(x - y, whole(i128::from(a) - i128::from(b)));
+            let square = i128::from(a) * i128::from(a) - i128::from(b) * i128::from(b);
+            assert_eq!((x + y) * (x - y), whole(square));
+            assert_eq!(Wide::product_difference(x, x, y, y), whole(square));
+            assert_eq!(x.partial_cmp(&y), a.partial_cmp(&b));
+        }
+    }
+
+    #[test]
+    fn quotients_and_roots_are_within_2_to_minus_99() {
+        let bound = wide(2f64.powi(-99));
+        for (a, b) in integers() {
+            if a == 0 || b == 0 {
+                continue;
+            }
+            let (x, y) = (wide(a as f64), wide(b as f64));
+            assert!(((x / y) * y - x).abs() <= x.abs() * bound, "{a}/{b}");
+            let root = x.abs().sqrt();
+            assert!((root * root - x.abs()).abs() <= x.abs() * bound, "√|{a}|");
+        }
+    }
+
+    #[test]
+    fn every_kind_of_double_passes_through_unchanged() {
+        let ends = [
+            f64::MAX,
+            f64::MIN_POSITIVE,
+            f64::from_bits(1),
+            f64::EPSILON,
+            1.0,
+            0.0,
+        ];
+        for x in ends {
+            assert_eq!(wide(x).to_f64().to_bits(), x.to_bits());
+            assert_eq!(wide(-x).to_f64().to_bits(), (0.0 - x).to_bits());
+        }
+        for (a, b) in integers() {
+            let bits = (a.cast_unsigned() << 12) ^ b.cast_unsigned();
+            let x = f64::from_bits(bits);
+            if x.is_finite() {
+                assert_eq!(wide(x).to_f64().to_bits(), (x + 0.0).to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn powers_beyond_the_range_of_doubles_come_back() {
+        let mut x = wide(f64::MAX);
+        for _ in 0..20 {
+            x = x * x;
+        }
+        assert!(x.is_beyond_range());
+        assert_eq!(x.to_f64().to_bits(), f64::MAX.to_bits());
+        assert_eq!((-x).to_f64().to_bits(), (-f64::MAX).to_bits());
+        let tiny = wide(1.0) / x;
+        assert!(!tiny.is_zero());
+        assert_eq!(tiny.to_f64().to_bits(), 0);
+        assert_eq!(
+            (x * tiny - wide(1.0))
+                .to_f64()
+                .abs()
+                .max(2f64.powi(-99))
+                .to_bits(),
+            2f64.powi(-99).to_bits()
+        );
+    }
+}

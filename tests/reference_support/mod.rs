@@ -7,6 +7,8 @@
 
 use tapline::cube::{CubeLevel, CubeMap, FACE_AXES};
 use tapline::fragment::Fragment;
+use tapline::reference::{Env, Tap};
+use tapline::stage::Stage;
 
 /// A small generator with a fixed seed (splitmix64).
 pub(crate) struct Random(u64);
@@ -146,4 +148,78 @@ pub(crate) fn map(size: usize, texel: impl Fn(usize, usize, usize) -> [f32; 3]) 
         levels.push(CubeLevel { size, texels });
     }
     CubeMap { levels }
+}
+
+pub(crate) const PLAIN: Fragment = Fragment {
+    v: [0.0, 0.0, 1.0],
+    n: [0.0, 0.0, 1.0],
+    dv_dx: [0.0; 3],
+    dv_dy: [0.0; 3],
+    dn_dx: [0.0; 3],
+    dn_dy: [0.0; 3],
+    h: None,
+    bump: None,
+    rough: None,
+};
+
+pub(crate) fn plain(v: [f64; 3]) -> Fragment {
+    Fragment {
+        v,
+        n: v,
+        dv_dx: [0.0; 3],
+        dv_dy: [0.0; 3],
+        dn_dx: [0.0; 3],
+        dn_dy: [0.0; 3],
+        h: None,
+        bump: None,
+        rough: None,
+    }
+}
+
+/// A map of random texels in 0…1, multiples of 1/256: sums of four halve exactly in floats.
+pub(crate) fn noise(size: usize, seed: u64) -> CubeMap {
+    let mut random = Random::new(seed);
+    let texels: Vec<[f32; 3]> = (0..6 * size * size)
+        .map(|_| {
+            #[expect(clippy::cast_possible_truncation, reason = "texels are floats")]
+            random
+                .vector()
+                .map(|x| (x * 128.0 + 128.0).floor() as f32 / 256.0)
+        })
+        .collect();
+    map(size, |face, x, y| texels[(face * size + y) * size + x])
+}
+
+/// Fails on a value that is not finite, and on −0.
+pub(crate) struct Strict;
+
+impl Tap for Strict {
+    fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
+        let bits = value.to_bits();
+        assert!(
+            value.is_finite() && bits != (-0.0f64).to_bits(),
+            "{stage:?} {register} {component}: {value}"
+        );
+    }
+
+    fn event(&mut self, _: &'static str) {}
+}
+
+pub(crate) fn assert_finite(out: &Env) {
+    let values = [out.u, out.v, out.lod]
+        .into_iter()
+        .chain(out.d.as_flattened().iter().copied())
+        .chain(out.k)
+        .chain(out.lambda)
+        .chain(out.axis)
+        .chain(out.color);
+    for value in values {
+        assert!(value.is_finite(), "{out:?}");
+    }
+    assert!(
+        out.u.abs() <= 1.0 && out.v.abs() <= 1.0 && out.face < 6,
+        "{out:?}"
+    );
+    assert!(out.probes >= 1 && out.lod >= 0.0, "{out:?}");
+    assert!(out.lambda[0] >= 0.0 && out.lambda[1] >= 0.0, "{out:?}");
 }
