@@ -292,6 +292,8 @@ fn level_of_detail_follows_the_longer_derivative_and_is_clamped() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn factors_multiply_back_to_the_covariance(a in 0.0..200.0f64, c in 0.0..200.0f64, r in -1.0..1.0f64) {
         let b = r * (a * c).sqrt();

@@ -200,6 +200,74 @@ fn the_parabola_seen_from_its_focus_has_no_footprint() {
 }
 
 #[test]
+fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
+    // Magnified (a map of 4 × 4 texels), so that the filtered map is the unfiltered one: bit for bit the
+    // same normal without a map, and 16 roundings of an offset below 1 with one.
+    for info in SCENES {
+        for bump in [None, Some(small_bump())] {
+            if bump.is_none() && info.stages.contains(&Stage::Bump) {
+                continue;
+            }
+            let smooth = bump.is_none();
+            let scene = build(
+                info.name,
+                &SceneOptions {
+                    bump,
+                    ..options(48, 32)
+                },
+                &Settings::default(),
+            );
+            let scene = scene.unwrap();
+            let mut magnified = 0;
+            for PixelFragment { pixel, fragment: f } in &scene.fragments {
+                let [px, py] = pixel.map(|c| f64::from(c) + 0.5);
+                let mut n = f.n;
+                if let (Some(h), Some([b1, b2])) = (f.h, f.bump) {
+                    let (e1, e2) = local_frame(n, h);
+                    n = [0, 1, 2].map(|i| n[i] + b1 * e1[i] + b2 * e2[i]);
+                    // Level 0 only: it has no covariance of its own, so at texel centres and under the
+                    // least derivative the roughness is the spread between taps alone.
+                    let x = Dual {
+                        value: px,
+                        dx: 1.0,
+                        dy: 0.0,
+                    };
+                    let y = Dual {
+                        value: py,
+                        dx: 0.0,
+                        dy: 1.0,
+                    };
+                    let [s, t] = scene
+                        .surface
+                        .shape
+                        .hit(scene.surface.camera.ray(x, y), true)
+                        .unwrap()
+                        .st;
+                    let longer = (s.dx * s.dx + t.dx * t.dx).max(s.dy * s.dy + t.dy * t.dy);
+                    if longer.sqrt() * 4.0 > 1.0 {
+                        continue;
+                    }
+                    magnified += 1;
+                }
+                let (along, square) = (dot(f.v, n), dot(n, n));
+                let want = [0, 1, 2].map(|i| 2.0 * n[i] * along - f.v[i] * square);
+                let got = scene.surface.shade_point(px, py).unwrap();
+                let size = dot(f.v, f.v).sqrt() * square;
+                let bound = if smooth { 0.0 } else { 8.0 * 16.0 * EPS * size };
+                for (got, want) in got.iter().zip(want) {
+                    assert!((got - want).abs() <= bound, "{} {pixel:?}", info.name);
+                }
+            }
+            assert!(
+                smooth || magnified > 100,
+                "{}: {magnified} magnified",
+                info.name
+            );
+        }
+    }
+}
+
+#[test]
 fn every_scene_has_fragments_in_order_and_background_where_due() {
     for info in SCENES {
         let scene = scene(info.name);
