@@ -21,7 +21,7 @@ pub enum BumpSource {
         height: usize,
         /// One height a texel.
         values: Vec<f32>,
-        /// Texels per unit of height.
+        /// Texels per unit of height; [`default_height_scale`] where nothing else is known.
         scale: f64,
         /// How slopes are taken.
         difference: Difference,
@@ -44,6 +44,13 @@ pub enum BumpSource {
         /// b1, b2 of each texel.
         values: Vec<[f32; 2]>,
     },
+}
+
+/// Texels per unit of height for an image whose white is 1: a 64th of the map's width. Relief of half the
+/// range over a 64th of the map then has slopes around one half.
+#[must_use]
+pub fn default_height_scale(width: usize) -> f64 {
+    width as f64 / 64.0
 }
 
 /// How slopes follow from heights; both wrap at the edges.
@@ -254,7 +261,8 @@ impl BumpMap {
     /// Bilinear offset of level 0 at (s, t), repeating: what truth calls the unfiltered map.
     #[must_use]
     pub fn bilinear(&self, s: f64, t: f64) -> [f64; 2] {
-        let (x, y) = (Taps::new(s, self.width), Taps::new(t, self.height));
+        let x = Taps::new(s, self.width);
+        let y = Taps::new(t, self.height);
         let row = |y| mix(self.texel(x.first, y), self.texel(x.second, y), x.weight);
         mix(row(y.first), row(y.second), y.weight)
     }

@@ -106,22 +106,20 @@ impl Sums {
         self.taken
     }
 
-    /// Mean colour of the hits and its standard error (root mean square over the channels); `None`
-    /// without a hit.
+    /// Mean colour of the hits and the standard error of each channel; `None` without a hit.
     #[must_use]
-    pub fn estimate(&self) -> Option<([f64; 3], f64)> {
+    pub fn estimate(&self) -> Option<([f64; 3], [f64; 3])> {
         if self.hits == 0 {
             return None;
         }
         let hits = self.hits as f64;
         let mean = self.colour.map(|c| c / hits);
-        let variance: f64 = (0..3)
-            .map(|i| {
-                let m = mean[i];
-                (self.square[i] - 2.0 * m * self.mixed[i] + m * m * self.uneven).max(0.0)
-            })
-            .sum();
-        Some((mean, (variance / 3.0).sqrt() / hits))
+        let error = [0, 1, 2].map(|i| {
+            let m = mean[i];
+            let square = self.square[i] - 2.0 * m * self.mixed[i] + m * m * self.uneven;
+            square.max(0.0).sqrt() / hits
+        });
+        Some((mean, error))
     }
 }
 
@@ -165,13 +163,15 @@ mod tests {
         let (mean, error) = sums.estimate().unwrap();
         // Equal colours: which of them hit does not matter.
         assert_eq!(mean, one);
-        assert!(error <= 0.0);
+        assert_eq!(error, [0.0; 3]);
         sums.add([Some([4.0, 2.0, 4.0]), None]);
         // Means 1.75, 2, 4 of four hits; e of the first channel: −0.75 alone, 0, 2.25 alone.
         let (mean, error) = sums.estimate().unwrap();
         assert_eq!(mean, [1.75, 2.0, 4.0]);
-        let want = ((0.75f64 * 0.75 + 2.25 * 2.25) / 3.0).sqrt() / 4.0;
-        assert!((error - want).abs() <= 1e-12);
+        // A square root of sums of a few numbers below 16.
+        let want = (0.75f64 * 0.75 + 2.25 * 2.25).sqrt() / 4.0;
+        assert!((error[0] - want).abs() <= 64.0 * f64::EPSILON);
+        assert_eq!(error[1..], [0.0; 2]);
     }
 
     #[test]

@@ -60,19 +60,20 @@ impl PaddedCube {
         // The border shifts texel centres by one: u = −1 lies half a texel into the border's side.
         let place = |u: f64| ((u + 1.0) * 0.5 * size + 0.5).clamp(0.0, size + 0.5);
         let (x, y) = (place(u), place(v));
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
+        // Never negative, so that the conversion is the floor.
+        let (x0, y0) = (x as usize, y as usize);
+        let (fx, fy) = (x - x0 as f64, y - y0 as f64);
         let stride = self.size + 2;
-        let start = (face * stride + y0 as usize) * stride + x0 as usize;
+        let start = (face * stride + y0) * stride + x0;
         let rows = [start, start + stride].map(|i| [self.texels[i], self.texels[i + 1]]);
-        [0, 1, 2].map(|i| {
-            let mix = |row: &[[f32; 3]; 2]| {
-                let (a, b) = (f64::from(row[0][i]), f64::from(row[1][i]));
-                a + (b - a) * fx
-            };
-            let (above, below) = (mix(&rows[0]), mix(&rows[1]));
+        let [[a, b], [c, d]] = rows;
+        // Written out: the closures of `map` are not inlined below opt-level 3.
+        let channel = |i: usize| {
+            let above = f64::from(a[i]) + (f64::from(b[i]) - f64::from(a[i])) * fx;
+            let below = f64::from(c[i]) + (f64::from(d[i]) - f64::from(c[i])) * fx;
             above + (below - above) * fy
-        })
+        };
+        [channel(0), channel(1), channel(2)]
     }
 }
 
