@@ -33,10 +33,10 @@ impl Origin {
     /// As attributes of an EXR or text of a PNG.
     pub(super) fn attributes(&self, what: &str) -> Vec<(String, String)> {
         [
-            ("software", format!("tapline {}", env!("CARGO_PKG_VERSION"))),
-            ("unit", self.unit_hash.clone()),
-            ("seed", self.seed.to_string()),
-            ("description", what.to_string()),
+            ("tapline.version", env!("CARGO_PKG_VERSION").to_string()),
+            ("tapline.unit", self.unit_hash.clone()),
+            ("tapline.seed", self.seed.to_string()),
+            ("tapline.picture", what.to_string()),
         ]
         .map(|(k, v)| (k.to_string(), v))
         .to_vec()
