@@ -27,6 +27,6 @@ pub mod unit;
 
 pub use config::{Config, ConfigError, TexelFormat};
 pub use regs::{Event, Reg};
-pub use tap::{NoTap, Tap};
+pub use tap::{NoTap, NoTapStandard, Tap};
 pub use texture::Texture;
 pub use unit::Unit;

@@ -154,7 +154,7 @@ impl<T: Tap> Sink<'_, T> {
         x: i64,
         exponent: i64,
     ) -> i64 {
-        self.finish(q, reg, c, q.write(x), exponent)
+        self.shift(q, reg, c, x, q.frac_in - i64::from(q.format.frac), exponent)
     }
 
     /// Writes `x` with a right shift that differs from fragment to fragment.
@@ -168,7 +168,7 @@ impl<T: Tap> Sink<'_, T> {
         shift: i64,
         exponent: i64,
     ) -> i64 {
-        self.finish(q, reg, c, q.write_shifted(x, shift), exponent)
+        self.finish(q, reg, c, q.write_as(T::STANDARD, x, shift), exponent)
     }
 
     #[inline(always)]
@@ -196,7 +196,7 @@ impl<T: Tap> Sink<'_, T> {
         frac: i64,
         exponent: i64,
     ) -> Block<C> {
-        let out = block::normalize(q, x, frac);
+        let out = block::normalize(T::STANDARD, q, x, frac);
         for (c, m) in out.m.iter().enumerate() {
             self.tap.put(self.lane, reg, c, *m, out.frac - exponent);
         }

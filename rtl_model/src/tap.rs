@@ -3,7 +3,14 @@
 use crate::regs::Reg;
 
 /// A listener to register writes.
+///
+/// The type also says how much of the rounding circuit is compiled: where `STANDARD` is true, writes
+/// are compiled for registers that round half-even and saturate, and for no others. Only a unit whose
+/// every register does so ([`crate::Unit::is_standard`]) may be run with such a tap.
 pub trait Tap {
+    /// Whether every register rounds half-even and saturates.
+    const STANDARD: bool = false;
+
     /// One component of a register of one lane: value = `raw · 2^−frac` in true units, the
     /// pre-normalisation's powers of two included.
     fn put(&mut self, lane: usize, reg: Reg, component: usize, raw: i64, frac: i64);
@@ -14,6 +21,17 @@ pub trait Tap {
 pub struct NoTap;
 
 impl Tap for NoTap {
+    #[inline(always)]
+    fn put(&mut self, _: usize, _: Reg, _: usize, _: i64, _: i64) {}
+}
+
+/// Nobody listens, and every register rounds half-even and saturates.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoTapStandard;
+
+impl Tap for NoTapStandard {
+    const STANDARD: bool = true;
+
     #[inline(always)]
     fn put(&mut self, _: usize, _: Reg, _: usize, _: i64, _: i64) {}
 }

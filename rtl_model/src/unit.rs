@@ -9,7 +9,7 @@ use crate::stages::{
     Lanes, Roms, Sink, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian,
     local_frame, reflect, roughness, store,
 };
-use crate::tap::Tap;
+use crate::tap::{NoTapStandard, Tap};
 use crate::texture::Texture;
 
 /// Which parts of the ENV operation a scene needs.
@@ -80,22 +80,51 @@ impl<const N: usize> Default for Ports<N> {
             dn: [[0; N]; 6],
             b: [[0; N]; 2],
             d: [[0; N]; 3],
-            flags: [Flags {
-                overflow: 0,
-                events: 0,
-            }; N],
+            flags: [NO_FLAGS; N],
         }
     }
 }
 
-/// What the front end hands to the back end.
+/// What the stages have written for a block of lanes; kept from block to block.
 #[derive(Clone, Debug)]
-pub struct Front<const N: usize> {
+pub struct State<const N: usize> {
+    flags: [Flags; N],
+    frame: local_frame::Out<N>,
+    bumped: bump::Out<N>,
+    reflected: reflect::Out<N>,
     /// Where the directions meet the cube.
     pub face: cube_face::Out<N>,
+    dn_mod: Lanes<N, 6>,
+    d: jacobian::Out<N>,
+    b: roughness::Out<N>,
+    k: covariance::Out<N>,
+    axes: eigen::Out<N>,
     /// Probe lines.
-    pub footprint: footprint::Out<N>,
+    pub line: footprint::Out<N>,
 }
+
+impl<const N: usize> Default for State<N> {
+    fn default() -> Self {
+        Self {
+            flags: [NO_FLAGS; N],
+            frame: Default::default(),
+            bumped: Default::default(),
+            reflected: Default::default(),
+            face: Default::default(),
+            dn_mod: [[0; N]; 6],
+            d: Default::default(),
+            b: Default::default(),
+            k: Default::default(),
+            axes: Default::default(),
+            line: Default::default(),
+        }
+    }
+}
+
+const NO_FLAGS: Flags = Flags {
+    overflow: 0,
+    events: 0,
+};
 
 /// Results of up to `N` fragments.
 #[derive(Clone, Debug)]
@@ -116,10 +145,7 @@ impl<const N: usize> Default for Results<N> {
             color: [[0; 3]; N],
             probes: [0; N],
             texels: [0; N],
-            flags: [Flags {
-                overflow: 0,
-                events: 0,
-            }; N],
+            flags: [NO_FLAGS; N],
         }
     }
 }
@@ -145,6 +171,7 @@ pub struct Unit {
     filter: filter::Cfg,
     bump_frac: i64,
     step_frac: i64,
+    standard: bool,
 }
 
 impl Unit {
@@ -198,6 +225,7 @@ impl Unit {
             filter: filter::Cfg::new(config)?,
             bump_frac: i64::from(config.format(Reg::BumpN).frac),
             step_frac: i64::from(config.format(Reg::FootStep).frac),
+            standard: config.formats.iter().all(|f| Quantizer::is_standard(*f)),
         })
     }
 
@@ -274,159 +302,301 @@ impl Unit {
     pub fn front<const N: usize, T: Tap>(
         &self,
         ports: &Ports<N>,
-        flags: &mut [Flags; N],
+        state: &mut State<N>,
         tap: &mut T,
-    ) -> Front<N> {
-        flags.copy_from_slice(&ports.flags);
-        let flags = &mut flags[..ports.len];
-        let mut frame = local_frame::Out::<N>::default();
-        if let Some(cfg) = &self.frame {
-            let input = local_frame::In {
-                n: &ports.n,
-                n_exp: &ports.n_exp,
-                h: &ports.h,
-                h_exp: &ports.h_exp,
-            };
-            local_frame::local_frame(cfg, &self.roms, input, &mut frame, flags, tap);
-        }
-        let mut bumped = bump::Out::<N>::default();
-        if let Some(cfg) = &self.bump {
-            let input = bump::In {
-                n: &ports.n,
-                n_exp: &ports.n_exp,
-                e1: &frame.e1,
-                e2: &frame.e2,
-                b: &ports.b,
-            };
-            bump::bump(cfg, input, &mut bumped, flags, tap);
-        }
+    ) {
+        state.flags.copy_from_slice(&ports.flags);
+        self.local_frame(ports, state, tap);
+        self.bump(ports, state, tap);
+        self.reflect(ports, state, tap);
+        self.cube_face(ports, state, tap);
+        self.normal(ports, state, tap);
+        self.jacobian(ports, state, tap);
+        self.roughness(ports, state, tap);
+        self.covariance(ports, state, tap);
+        self.eigen(ports, state, tap);
+        self.footprint(ports, state, tap);
+    }
+
+    /// `local_frame`, if the scene needs it.
+    #[inline(always)]
+    pub fn local_frame<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.frame else { return };
+        let input = local_frame::In {
+            n: &ports.n,
+            n_exp: &ports.n_exp,
+            h: &ports.h,
+            h_exp: &ports.h_exp,
+        };
+        local_frame::local_frame(
+            cfg,
+            &self.roms,
+            input,
+            &mut state.frame,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `bump`, if the scene needs it.
+    #[inline(always)]
+    pub fn bump<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.bump else { return };
+        let input = bump::In {
+            n: &ports.n,
+            n_exp: &ports.n_exp,
+            e1: &state.frame.e1,
+            e2: &state.frame.e2,
+            b: &ports.b,
+        };
+        bump::bump(
+            cfg,
+            input,
+            &mut state.bumped,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `reflect`.
+    #[inline(always)]
+    pub fn reflect<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
         // Without a bump but with a frame the port's format is the frame's: normalise once more.
         let n_mod_frac = match (&self.bump, &self.frame) {
             (Some(_), _) => Some(self.bump_frac),
             (None, Some(frame)) => Some(i64::from(frame.n.format.magnitude_bits()) - 1),
             (None, None) => None,
         };
-        let mut reflected = reflect::Out::<N>::default();
         let input = reflect::In {
             v: &ports.v,
             v_exp: &ports.v_exp,
             n: if self.bump.is_some() {
-                &bumped.n_mod
+                &state.bumped.n_mod
             } else {
                 &ports.n
             },
             n_exp: &ports.n_exp,
             n_mod_frac,
         };
-        reflect::reflect(&self.reflect, input, &mut reflected, flags, tap);
+        reflect::reflect(
+            &self.reflect,
+            input,
+            &mut state.reflected,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `cube_face`.
+    #[inline(always)]
+    pub fn cube_face<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
         let mut exp = [0; N];
-        for (lane, e) in exp.iter_mut().enumerate() {
-            *e = ports.v_exp[lane] + 2 * (ports.n_exp[lane] + reflected.n_lift[lane]);
+        for (lane, e) in exp.iter_mut().enumerate().take(ports.len) {
+            *e = ports.v_exp[lane] + 2 * (ports.n_exp[lane] + state.reflected.n_lift[lane]);
         }
-        let mut face = cube_face::Out::<N>::default();
         let input = cube_face::In {
-            v_r: &reflected.v_r,
-            v_r_frac: &reflected.v_r_frac,
+            v_r: &state.reflected.v_r,
+            v_r_frac: &state.reflected.v_r_frac,
             exp: &exp,
         };
-        cube_face::cube_face(&self.face, &self.roms, input, &mut face, flags, tap);
-        let mut dn_mod = [[0; N]; 6];
+        cube_face::cube_face(
+            &self.face,
+            &self.roms,
+            input,
+            &mut state.face,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// The first step of `jacobian`: the derivative of the modified normal.
+    #[inline(always)]
+    pub fn normal<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
         let input = normal::In {
             dn: &ports.dn,
             n_exp: &ports.n_exp,
-            n_lift: &reflected.n_lift,
+            n_lift: &state.reflected.n_lift,
             bumped: self.bump.as_ref().map(|_| normal::Bumped {
                 n: &ports.n,
                 h: &ports.h,
-                e1: &frame.e1,
-                e2: &frame.e2,
+                e1: &state.frame.e1,
+                e2: &state.frame.e2,
                 b: &ports.b,
             }),
         };
-        normal::normal(&self.normal, &self.roms, input, &mut dn_mod, flags, tap);
-        let mut d = jacobian::Out::<N>::default();
+        normal::normal(
+            &self.normal,
+            &self.roms,
+            input,
+            &mut state.dn_mod,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `jacobian`, from the derivative of the modified normal on.
+    #[inline(always)]
+    pub fn jacobian<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
         let input = jacobian::In {
             v: &ports.v,
             v_exp: &ports.v_exp,
             n_exp: &ports.n_exp,
             dv: &ports.dv,
-            dn_mod: &dn_mod,
-            reflect: &reflected,
-            face: &face,
+            dn_mod: &state.dn_mod,
+            reflect: &state.reflected,
+            face: &state.face,
         };
-        jacobian::jacobian(&self.jacobian, input, &mut d, flags, tap);
-        let mut b = roughness::Out::<N>::default();
-        if let Some(cfg) = &self.roughness {
-            let input = roughness::In {
-                v: &ports.v,
-                v_exp: &ports.v_exp,
-                n_exp: &ports.n_exp,
-                e1: &frame.e1,
-                e2: &frame.e2,
-                d: &ports.d,
-                reflect: &reflected,
-                face: &face,
-            };
-            roughness::roughness(cfg, input, &mut b, flags, tap);
-        }
-        let mut k = covariance::Out::<N>::default();
+        jacobian::jacobian(
+            &self.jacobian,
+            input,
+            &mut state.d,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `roughness`, if the scene needs it.
+    #[inline(always)]
+    pub fn roughness<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.roughness else { return };
+        let input = roughness::In {
+            v: &ports.v,
+            v_exp: &ports.v_exp,
+            n_exp: &ports.n_exp,
+            e1: &state.frame.e1,
+            e2: &state.frame.e2,
+            d: &ports.d,
+            reflect: &state.reflected,
+            face: &state.face,
+        };
+        roughness::roughness(cfg, input, &mut state.b, &mut state.flags[..ports.len], tap);
+    }
+
+    /// `covariance`.
+    #[inline(always)]
+    pub fn covariance<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
         let input = covariance::In {
-            d: &d.d,
-            b: self.roughness.as_ref().map(|_| &b.b),
+            d: &state.d.d,
+            b: self.roughness.as_ref().map(|_| &state.b.b),
         };
-        covariance::covariance(&self.covariance, input, &mut k, flags, tap);
-        let mut axes = eigen::Out::<N>::default();
+        covariance::covariance(
+            &self.covariance,
+            input,
+            &mut state.k,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `eigen`.
+    #[inline(always)]
+    pub fn eigen<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = eigen::In {
+            covariance: &state.k,
+        };
         eigen::eigen(
             &self.eigen,
             &self.roms,
-            eigen::In { covariance: &k },
-            &mut axes,
-            flags,
+            input,
+            &mut state.axes,
+            &mut state.flags[..ports.len],
             tap,
         );
-        let mut line = footprint::Out::<N>::default();
+    }
+
+    /// `footprint`.
+    #[inline(always)]
+    pub fn footprint<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = footprint::In { eigen: &state.axes };
         footprint::footprint(
             &self.footprint,
             &self.roms,
-            footprint::In { eigen: &axes },
-            &mut line,
-            flags,
+            input,
+            &mut state.line,
+            &mut state.flags[..ports.len],
             tap,
         );
-        Front {
-            face,
-            footprint: line,
-        }
     }
 
     /// What one lane asks of the texture.
     #[inline(always)]
     #[must_use]
-    pub fn request<const N: usize>(&self, front: &Front<N>, lane: usize) -> filter::In {
+    pub fn request<const N: usize>(&self, state: &State<N>, lane: usize) -> filter::In {
         filter::In {
             line: address::In {
-                face: front.face.face[lane],
-                center: [front.face.u[lane], front.face.v[lane]],
-                step: [front.footprint.step[0][lane], front.footprint.step[1][lane]],
+                face: state.face.face[lane],
+                center: [state.face.u[lane], state.face.v[lane]],
+                step: [state.line.step[0][lane], state.line.step[1][lane]],
                 step_frac: self.step_frac,
-                count: front.footprint.count[lane],
+                count: state.line.count[lane],
             },
-            lod: front.footprint.lod[lane],
+            lod: state.line.lod[lane],
         }
     }
 
-    /// `address` and `filter` for all lanes.
+    /// `address` and `filter` for `len` lanes.
     #[inline(always)]
     pub fn back<const N: usize, T: Tap>(
         &self,
-        front: &Front<N>,
+        state: &State<N>,
         len: usize,
         texture: &Texture,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
         for lane in 0..len {
-            let request = self.request(front, lane);
+            let request = self.request(state, lane);
+            out.flags[lane] = state.flags[lane];
             let mut sink = Sink {
                 lane,
                 flags: &mut out.flags[lane],
@@ -446,20 +616,54 @@ impl Unit {
         }
     }
 
+    /// The addresses alone: what a texel cache would see, and the floor of a speed comparison.
+    #[inline(always)]
+    pub fn touch<const N: usize>(&self, state: &State<N>, len: usize, texture: &Texture) -> u64 {
+        let mut sum = 0;
+        let mut flags = NO_FLAGS;
+        for lane in 0..len {
+            let request = self.request(state, lane);
+            let mut sink = Sink {
+                lane,
+                flags: &mut flags,
+                tap: &mut NoTapStandard,
+            };
+            sum += filter::touch(
+                &self.filter,
+                &self.address,
+                &self.roms,
+                texture,
+                &request,
+                &mut sink,
+            );
+        }
+        sum
+    }
+
     /// The whole operation; without a texture everything but the colour.
     #[inline(always)]
     pub fn env<const N: usize, T: Tap>(
         &self,
         ports: &Ports<N>,
         texture: Option<&Texture>,
+        state: &mut State<N>,
         out: &mut Results<N>,
         tap: &mut T,
-    ) -> Front<N> {
-        let front = self.front(ports, &mut out.flags, tap);
+    ) {
+        self.front(ports, state, tap);
         match texture {
-            Some(texture) => self.back(&front, ports.len, texture, out, tap),
-            None => out.probes = front.footprint.count,
+            Some(texture) => self.back(state, ports.len, texture, out, tap),
+            None => {
+                out.probes = state.line.count;
+                out.flags = state.flags;
+            }
         }
-        front
+    }
+
+    /// Whether every register rounds half-even and saturates, so that the unit may run with a tap
+    /// whose `STANDARD` is true.
+    #[must_use]
+    pub fn is_standard(&self) -> bool {
+        self.standard
     }
 }

@@ -1,25 +1,22 @@
-//! Runs the integer model's block under the widest vector instructions of the machine.
+//! Runs integer code under the widest vector instructions of the machine.
 //!
-//! The stages are always inlined, so that this one function is compiled once for each set of
-//! instructions. All of it is integer arithmetic: the bits are the same.
+//! The stages are always inlined, so that a [`Task`] is compiled once for each set of instructions. All
+//! of it is integer arithmetic: the bits are the same.
 
-use rtl_model::unit::{Ports, Results, Words};
-use rtl_model::{NoTap, Texture, Unit};
+use rtl_model::unit::{Ports, Results, State, Words};
+use rtl_model::{NoTap, NoTapStandard, Texture, Unit};
 
 /// Fragments in a block.
 pub const LANES: usize = 32;
 
-/// Which instructions blocks run under.
+/// Which instructions a task runs under.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// What the target guarantees.
     Baseline,
-    /// AVX2 with BMI2 and LZCNT.
+    /// AVX2 with BMI1, BMI2 and LZCNT.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// AVX-512 F, DQ, BW, VL.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
 }
 
 impl Level {
@@ -27,21 +24,12 @@ impl Level {
     #[must_use]
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
         {
-            let avx2 = is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("bmi2")
-                && is_x86_feature_detected!("lzcnt");
-            let avx512 = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512bw")
-                && is_x86_feature_detected!("avx512vl");
-            if avx2 && avx512 {
-                return Self::Avx512;
-            }
-            if avx2 {
-                return Self::Avx2;
-            }
+            return Self::Avx2;
         }
         Self::Baseline
     }
@@ -49,54 +37,79 @@ impl Level {
     /// Every level that this machine runs, the narrowest first.
     #[must_use]
     pub fn available() -> Vec<Self> {
-        #[cfg(target_arch = "x86_64")]
-        match Self::detect() {
-            Self::Avx512 => return vec![Self::Baseline, Self::Avx2, Self::Avx512],
-            Self::Avx2 => return vec![Self::Baseline, Self::Avx2],
-            Self::Baseline => {}
+        let best = Self::detect();
+        if best == Self::Baseline {
+            vec![best]
+        } else {
+            vec![Self::Baseline, best]
         }
-        vec![Self::Baseline]
     }
 }
 
-/// A block of at most [`LANES`] fragments through the whole unit.
-pub fn block(
-    level: Level,
-    unit: &Unit,
-    words: &[Words],
-    texture: Option<&Texture>,
-    out: &mut Results<LANES>,
-) {
+/// Something to run; its `run` must be `#[inline(always)]`.
+pub trait Task {
+    /// What it yields.
+    type Output;
+
+    /// Does it.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs a task under the instructions of `level`.
+pub fn run<T: Task>(level: Level, task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
-    match level {
-        // SAFETY: these levels come from `detect` or `available`, which found the features named in the
-        // functions' `target_feature` attributes on this machine.
-        Level::Avx512 => return unsafe { block_avx512(unit, words, texture, out) },
-        // SAFETY: as above.
-        Level::Avx2 => return unsafe { block_avx2(unit, words, texture, out) },
-        Level::Baseline => {}
+    if level == Level::Avx2 && Level::detect() == Level::Avx2 {
+        // SAFETY: `detect` has just found the features that `run_avx2` enables.
+        return unsafe { run_avx2(task) };
     }
     let _ = level;
-    block_here(unit, words, texture, out);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,bmi1,bmi2,lzcnt")]
-fn block_avx512(unit: &Unit, words: &[Words], texture: Option<&Texture>, out: &mut Results<LANES>) {
-    block_here(unit, words, texture, out);
+    task.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
-fn block_avx2(unit: &Unit, words: &[Words], texture: Option<&Texture>, out: &mut Results<LANES>) {
-    block_here(unit, words, texture, out);
+fn run_avx2<T: Task>(task: T) -> T::Output {
+    task.run()
 }
 
-#[inline(always)]
-fn block_here(unit: &Unit, words: &[Words], texture: Option<&Texture>, out: &mut Results<LANES>) {
-    let mut ports = Ports::<LANES>::default();
-    for words in words.iter().take(LANES) {
-        unit.load(&mut ports, words, &mut NoTap);
+/// Blocks of fragments through the whole unit; `each` sees the results of every block.
+pub struct Blocks<'a, F> {
+    /// The unit.
+    pub unit: &'a Unit,
+    /// Fragments of all blocks.
+    pub words: &'a [Words],
+    /// Texel memory.
+    pub texture: Option<&'a Texture>,
+    /// Takes the results of a block and how many lanes are in use.
+    pub each: F,
+}
+
+impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let mut state = State::<LANES>::default();
+        let mut out = Results::<LANES>::default();
+        let mut ports = Ports::<LANES>::default();
+        for words in self.words.chunks(LANES) {
+            ports.len = 0;
+            for words in words {
+                self.unit.load(&mut ports, words, &mut NoTap);
+            }
+            if self.unit.is_standard() {
+                self.unit.env(
+                    &ports,
+                    self.texture,
+                    &mut state,
+                    &mut out,
+                    &mut NoTapStandard,
+                );
+            } else {
+                self.unit
+                    .env(&ports, self.texture, &mut state, &mut out, &mut NoTap);
+            }
+            (self.each)(&out, words.len());
+        }
     }
-    unit.env(&ports, texture, out, &mut NoTap);
 }

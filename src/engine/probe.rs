@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use num_bigint::BigInt;
 use rtl_model::regs::{Event, Reg};
-use rtl_model::unit::{Front, Ports, Results};
+use rtl_model::unit::{Ports, Results, State};
 use rtl_model::{Config, Tap, Texture, Unit};
 
 use super::encode;
@@ -136,7 +136,8 @@ pub fn rtl(
     let mut ports = Ports::<1>::default();
     unit.load(&mut ports, &encode::words(fragment), probe);
     let mut out = Results::<1>::default();
-    let front: Front<1> = unit.env(&ports, texture, &mut out, probe);
+    let mut state = State::<1>::default();
+    unit.env(&ports, texture, &mut state, &mut out, probe);
     let mut flags = Vec::new();
     for reg in Reg::ALL {
         if out.flags[0].has(*reg) {
@@ -149,7 +150,7 @@ pub fn rtl(
         }
     }
     RtlFragment {
-        face: front.face.face[0],
+        face: state.face.face[0],
         probes: out.probes[0],
         color: out.color[0],
         flags,

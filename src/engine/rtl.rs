@@ -9,7 +9,7 @@ use rtl_model::regs::{Event, Reg};
 use rtl_model::unit::{Needs, Results, Words};
 use rtl_model::{Config, Texture, Unit};
 
-use super::dispatch::{LANES, Level, block};
+use super::dispatch::{self, Blocks, LANES, Level};
 use super::{Engine, Progress, Rendering, Rung, Subject, encode};
 use crate::cube::CubeMap;
 use crate::error::InputError;
@@ -50,11 +50,13 @@ impl RtlEngine {
             .par_chunks(LANES * BLOCKS)
             .map(|chunk| {
                 let mut part = Filtered::default();
-                let mut out = Results::<LANES>::default();
-                for words in chunk.chunks(LANES) {
-                    block(self.level, &self.unit, words, Some(&self.texture), &mut out);
-                    part.take(&out, words.len());
-                }
+                let blocks = Blocks {
+                    unit: &self.unit,
+                    words: chunk,
+                    texture: Some(&self.texture),
+                    each: |out: &Results<LANES>, len| part.take(out, len),
+                };
+                dispatch::run(self.level, blocks);
                 progress(super::to_u64(chunk.len()));
                 part
             })

@@ -32,21 +32,32 @@ pub fn top_bit<const C: usize>(x: &[i64; C]) -> i64 {
 /// more error) and is no overflow.
 #[inline(always)]
 #[must_use]
-pub fn normalize<const C: usize>(q: &Quantizer, x: &[i64; C], frac: i64) -> Block<C> {
+pub fn normalize<const C: usize>(
+    standard: bool,
+    q: &Quantizer,
+    x: &[i64; C],
+    frac: i64,
+) -> Block<C> {
     let top = top_bit(x);
     let width = i64::from(q.format.magnitude_bits());
     let shift = if top < 0 { 0 } else { top + 1 - width };
-    shifted(q, x, frac, shift)
+    shifted(standard, q, x, frac, shift)
 }
 
 /// Like [`normalize`] with a given shift, for components that must keep an even `frac`.
 #[inline(always)]
 #[must_use]
-pub fn shifted<const C: usize>(q: &Quantizer, x: &[i64; C], frac: i64, shift: i64) -> Block<C> {
+pub fn shifted<const C: usize>(
+    standard: bool,
+    q: &Quantizer,
+    x: &[i64; C],
+    frac: i64,
+    shift: i64,
+) -> Block<C> {
     let max = q.format.max_raw();
     let mut m = [0; C];
     for (out, &value) in m.iter_mut().zip(x) {
-        *out = q.round(value, shift).clamp(-max, max);
+        *out = q.round_as(standard, value, shift).clamp(-max, max);
     }
     Block {
         m,

@@ -118,4 +118,33 @@ impl Quantizer {
         }
         self.limit(self.round(x, shift.min(62)))
     }
+
+    /// [`Quantizer::round`] for half-even alone where `standard`.
+    #[inline(always)]
+    #[must_use]
+    pub fn round_as(&self, standard: bool, x: i64, shift: i64) -> i64 {
+        if !standard || shift <= 0 {
+            return self.round(x, shift);
+        }
+        let low = (1i64 << (shift - 1)) - 1;
+        (x + low + ((x >> shift) & 1)) >> shift
+    }
+
+    /// [`Quantizer::write_shifted`] for half-even and saturation alone where `standard`.
+    #[inline(always)]
+    #[must_use]
+    pub fn write_as(&self, standard: bool, x: i64, shift: i64) -> (i64, bool) {
+        if !standard || !(1..=62).contains(&shift) {
+            return self.write_shifted(x, shift);
+        }
+        let y = self.round_as(true, x, shift);
+        let code = y.clamp(self.min, self.max);
+        (code, code != y)
+    }
+
+    /// Whether the register rounds half-even and saturates.
+    #[must_use]
+    pub fn is_standard(format: Format) -> bool {
+        format.rounding == Rounding::HalfEven && format.overflow == Overflow::Saturate
+    }
 }

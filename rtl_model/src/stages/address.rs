@@ -21,6 +21,7 @@ pub struct Cfg {
     v: Quantizer,
     center_lift: [i64; 2],
     s: [Quantizer; 2],
+    s_shift: [i64; 2],
     weight_shift: i64,
     weight_bits: i64,
 }
@@ -88,6 +89,10 @@ impl Cfg {
                 q(Reg::AddrS, f(Reg::AddrU) + 1),
                 q(Reg::AddrS, f(Reg::AddrV) + 1),
             ],
+            s_shift: [
+                f(Reg::AddrU) + 1 - f(Reg::AddrS),
+                f(Reg::AddrV) + 1 - f(Reg::AddrS),
+            ],
             weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
             weight_bits: i64::from(config.weight_bits),
         })
@@ -114,7 +119,11 @@ impl Cfg {
             let f = q.frac_in - 1;
             let one = 1i64 << f;
             // (u + 1)/2·N − ½ with f + 1 fraction bits.
-            let (code, over) = q.write((probe.uv[i] + one) * size - one);
+            let (code, over) = q.write_as(
+                T::STANDARD,
+                (probe.uv[i] + one) * size - one,
+                self.s_shift[i],
+            );
             sink.flags.register(Reg::AddrS, over);
             let sub = i64::from(q.format.frac);
             sink.tap

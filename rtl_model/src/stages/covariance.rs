@@ -114,7 +114,7 @@ pub fn covariance<const N: usize, T: Tap>(
         let shift = if top < 0 { 0 } else { top + 1 - width };
         // An even exponent against the nominal scale: K's root has a whole one.
         let shift = shift + ((cfg.exact_frac - shift + cfg.parity) & 1);
-        let k = block::shifted(&cfg.k, &[a, b, c], cfg.exact_frac, shift);
+        let k = block::shifted(T::STANDARD, &cfg.k, &[a, b, c], cfg.exact_frac, shift);
         for (i, m) in k.m.iter().enumerate() {
             tap.put(lane, Reg::CovK, i, *m, k.frac);
         }

@@ -174,7 +174,7 @@ pub fn cube_face<const N: usize, T: Tap>(
             let f = i64::from(q.format.frac);
             let one = 1i64 << f;
             // |sc| ≤ |ma|: a table error must not leave the face.
-            let (code, over) = q.write_shifted(s * inv.m[0], d_frac + inv.frac - f);
+            let (code, over) = q.write_as(T::STANDARD, s * inv.m[0], d_frac + inv.frac - f);
             uv[i] = code.clamp(-one, one);
             sink.flags.register(reg, over && code.abs() < one);
             sink.tap.put(lane, reg, 0, uv[i], f);

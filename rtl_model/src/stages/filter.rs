@@ -9,6 +9,7 @@ pub mod weights;
 
 use alloc::vec::Vec;
 
+use self::rows::Rows as _;
 use super::address::{self, Taps};
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
@@ -151,6 +152,7 @@ impl Cfg {
     #[inline(always)]
     fn finish(
         &self,
+        standard: bool,
         sums: &[Accumulator; 2],
         lod_weight: i64,
         count: i64,
@@ -169,9 +171,9 @@ impl Cfg {
             let sum = (a << self.lod_bits) + (b - a) * i128::from(lod_weight);
             // One guard bit below the register's LSB, then a sticky one.
             let (quotient, sticky) = self.divide(sum, divisor, inv);
-            let (code, over) = self
-                .color
-                .write_shifted((quotient << 1) | i64::from(sticky), 2);
+            let (code, over) =
+                self.color
+                    .write_as(standard, (quotient << 1) | i64::from(sticky), 2);
             flags.register(Reg::FilterColor, over);
             *o = code;
         }
@@ -280,7 +282,7 @@ fn probes<R: rows::Rows, T: Tap>(
             );
         }
     }
-    let color = cfg.finish(&sums, lod_weight, input.line.count, sink.flags);
+    let color = cfg.finish(T::STANDARD, &sums, lod_weight, input.line.count, sink.flags);
     for (c, code) in color.iter().enumerate() {
         sink.tap.put(
             sink.lane,
@@ -295,6 +297,37 @@ fn probes<R: rows::Rows, T: Tap>(
         color,
         texels: per_probe * input.line.count.unsigned_abs(),
     }
+}
+
+/// The same set-up, addresses and texel reads as [`filter`] without its arithmetic: a wrapping sum of
+/// the words read.
+#[inline(always)]
+pub fn touch<T: Tap>(
+    cfg: &Cfg,
+    address_cfg: &address::Cfg,
+    roms: &Roms,
+    texture: &Texture,
+    input: &In,
+    sink: &mut Sink<'_, T>,
+) -> u64 {
+    let last = texture.levels.len().saturating_sub(1);
+    let (first, lod_weight) = cfg.level(input.lod, last);
+    let levels = if lod_weight == 0 { 1 } else { 2 };
+    let mut sum = 0u64;
+    for k in 0..input.line.count {
+        let probe = address::address(address_cfg, roms, &input.line, k, sink);
+        for level in texture.levels.iter().skip(first).take(levels) {
+            let size = i64::try_from(level.size).unwrap_or(1);
+            let taps = address_cfg.taps(&probe, size, 0, sink);
+            let at = level.index(probe.face, taps.corner[0], taps.corner[1]);
+            sum = sum.wrapping_add((taps.weight[0] ^ taps.weight[1]).cast_unsigned());
+            sum = sum.wrapping_add(match &texture.texels {
+                Texels::Half(t) => rows::Half(t).touch(at, at + level.stride),
+                Texels::Wide(t) => rows::Wide(t).touch(at, at + level.stride),
+            });
+        }
+    }
+    sum
 }
 
 /// Exact bilinear sums of one probe in one level: `texel_frac + 2·weight_bits` fraction bits.

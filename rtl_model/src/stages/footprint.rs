@@ -202,15 +202,17 @@ pub fn footprint<const N: usize, T: Tap>(
             scale + 1 - length_frac,
             0,
         );
-        let (minor, over) = cfg
-            .width
-            .write_shifted(lambda[1] * cfg.size, scale + 1 - width_frac);
+        let (minor, over) =
+            cfg.width
+                .write_as(T::STANDARD, lambda[1] * cfg.size, scale + 1 - width_frac);
         sink.flags.register(Reg::FootWidth, over);
         // M/max with eight guard bits and a sticky one, rounded by the register.
         let cap = (length * cfg.cap_numerator) << 8;
         let sticky = i64::from(cap % cfg.cap_denominator != 0);
         let cap = (cap / cfg.cap_denominator) | sticky;
-        let (cap, over) = cfg.width.write_shifted(cap, 8 + length_frac - width_frac);
+        let (cap, over) = cfg
+            .width
+            .write_as(T::STANDARD, cap, 8 + length_frac - width_frac);
         sink.flags.register(Reg::FootWidth, over);
         let width = minor.max(cap).max(1 << width_frac);
         sink.tap.put(lane, Reg::FootWidth, 0, width, width_frac);

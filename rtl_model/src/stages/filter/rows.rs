@@ -6,6 +6,9 @@ use super::Sums;
 pub trait Rows {
     /// `upper[0]·t(a) + upper[1]·t(a + 1) + lower[0]·t(b) + lower[1]·t(b + 1)`, channel by channel.
     fn sum(&self, a: usize, upper: [i64; 2], b: usize, lower: [i64; 2]) -> Sums;
+
+    /// Reads the same texels and folds their words together.
+    fn touch(&self, a: usize, b: usize) -> u64;
 }
 
 /// Texels decoded beforehand.
@@ -22,6 +25,22 @@ impl Rows for Wide<'_> {
         }
         sum
     }
+
+    #[inline(always)]
+    fn touch(&self, a: usize, b: usize) -> u64 {
+        fold(self.0, a, b, i64::cast_unsigned)
+    }
+}
+
+/// Folds the words of two rows of two texels together, channel by channel.
+#[inline(always)]
+fn fold<X: Copy + Default>(texels: &[[X; 4]], a: usize, b: usize, word: impl Fn(X) -> u64) -> u64 {
+    let ([t0, t1], [t2, t3]) = (pair(texels, a), pair(texels, b));
+    let mut sum = 0u64;
+    for c in 0..4 {
+        sum ^= word(t0[c]) ^ word(t1[c]) ^ word(t2[c]) ^ word(t3[c]);
+    }
+    sum
 }
 
 /// binary16 texels, decoded on the way.
@@ -47,6 +66,11 @@ impl Rows for Half<'_> {
             }
         }
         sum
+    }
+
+    #[inline(always)]
+    fn touch(&self, a: usize, b: usize) -> u64 {
+        fold(self.0, a, b, u64::from)
     }
 }
 

@@ -1,0 +1,226 @@
+//! Work for the benches: blocks of fragments with every stage's inputs at hand.
+
+mod scalar;
+
+use rayon::prelude::*;
+use rtl_model::unit::{Ports, Results, State, Words};
+use rtl_model::{NoTap, NoTapStandard, Texture, Unit};
+use tapline::engine::dispatch::{self, LANES, Level, Task};
+use tapline::engine::float::F64Engine;
+use tapline::engine::rtl::RtlEngine;
+use tapline::engine::{Engine as _, Subject, encode};
+use tapline::image::mips::build_mips;
+use tapline::scene::{self, SceneOptions};
+use tapline::settings::Settings;
+use tapline::unit::{ReferenceAxis, UnitSpec};
+
+/// What can be timed.
+pub(crate) const PARTS: &[&str] = &[
+    "ports",
+    "local_frame",
+    "bump",
+    "reflect",
+    "cube_face",
+    "normal",
+    "jacobian",
+    "roughness",
+    "covariance",
+    "eigen",
+    "footprint",
+    "front",
+    "floor",
+    "back",
+    "whole",
+    "two_threads",
+    "scalar_f32",
+    "f64",
+];
+
+/// A scene's fragments, ready for each part.
+pub(crate) struct Bench {
+    engine: RtlEngine,
+    subject: Subject,
+    settings: Settings,
+    words: Vec<Words>,
+    blocks: Vec<Block>,
+    requests: Vec<scalar::Request>,
+    scalar: scalar::Map,
+}
+
+struct Block {
+    ports: Ports<LANES>,
+    state: State<LANES>,
+}
+
+impl Bench {
+    /// Prepares a built-in scene at 256×256.
+    pub(crate) fn new(name: &str) -> Self {
+        let spec = UnitSpec::default();
+        let settings = spec.settings(ReferenceAxis::Exact);
+        let options = SceneOptions {
+            width: 256,
+            height: 256,
+            ..SceneOptions::default()
+        };
+        let scene = scene::build(name, &options, &settings).expect("a built-in scene");
+        let map = build_mips(scene.environment());
+        let background = vec![[0.0; 3]; scene.width * scene.height];
+        let needs = encode::needs(&scene.fragments[0].fragment);
+        let engine = RtlEngine::new(&spec, needs, &map).expect("the default unit");
+        let words: Vec<Words> = scene
+            .fragments
+            .iter()
+            .map(|f| encode::words(&f.fragment))
+            .collect();
+        let mut requests = Vec::new();
+        let blocks = words
+            .chunks(LANES)
+            .map(|chunk| {
+                let mut ports = Ports::default();
+                let mut state = State::default();
+                for words in chunk {
+                    engine.unit.load(&mut ports, words, &mut NoTap);
+                }
+                engine.unit.front(&ports, &mut state, &mut NoTap);
+                for lane in 0..ports.len {
+                    requests.push(scalar::Request::new(&engine.unit.request(&state, lane)));
+                }
+                Block { ports, state }
+            })
+            .collect();
+        let scalar = scalar::Map::new(&map);
+        Self {
+            engine,
+            subject: Subject {
+                scene,
+                map,
+                background,
+            },
+            settings,
+            words,
+            blocks,
+            requests,
+            scalar,
+        }
+    }
+
+    /// Fragments of one run.
+    pub(crate) fn fragments(&self) -> u64 {
+        self.words.len() as u64
+    }
+
+    /// Probes of one run.
+    pub(crate) fn probes(&self) -> u64 {
+        self.requests.iter().map(|r| u64::from(r.count)).sum()
+    }
+
+    /// Runs a part over all fragments, on one thread but for `two_threads`.
+    pub(crate) fn run(&mut self, part: &str) -> u64 {
+        let level = Level::detect();
+        match part {
+            "whole" => threads(1, || self.engine.filter(&self.words, &|_| {}).probes),
+            "two_threads" => threads(2, || self.engine.filter(&self.words, &|_| {}).probes),
+            "scalar_f32" => self
+                .requests
+                .iter()
+                .map(|r| u64::from(self.scalar.filter(r)[0].to_bits()))
+                .sum(),
+            "f64" => threads(1, || {
+                let engine = F64Engine {
+                    settings: self.settings.clone(),
+                };
+                engine.render(&self.subject, &|_| {}).probes
+            }),
+            _ => dispatch::run(
+                level,
+                Part {
+                    name: part,
+                    unit: &self.engine.unit,
+                    texture: &self.engine.texture,
+                    words: &self.words,
+                    blocks: &mut self.blocks,
+                },
+            ),
+        }
+    }
+}
+
+fn threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
+    // Pools are kept: making one costs more than a part.
+    static POOLS: [std::sync::OnceLock<rayon::ThreadPool>; 2] =
+        [const { std::sync::OnceLock::new() }; 2];
+    POOLS[n - 1]
+        .get_or_init(|| {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(n)
+                .build()
+                .expect("threads")
+        })
+        .install(work)
+}
+
+struct Part<'a> {
+    name: &'a str,
+    unit: &'a Unit,
+    texture: &'a Texture,
+    words: &'a [Words],
+    blocks: &'a mut [Block],
+}
+
+impl Task for Part<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run(self) -> u64 {
+        let unit = self.unit;
+        let mut tap = NoTapStandard;
+        let mut sum = 0;
+        if self.name == "ports" {
+            let mut ports = Ports::<LANES>::default();
+            for chunk in self.words.chunks(LANES) {
+                ports.len = 0;
+                for words in chunk {
+                    unit.load(&mut ports, words, &mut NoTap);
+                }
+                sum += ports.len as u64;
+            }
+            return sum;
+        }
+        let mut out = Results::<LANES>::default();
+        for Block { ports, state } in self.blocks {
+            match self.name {
+                "local_frame" => unit.local_frame(ports, state, &mut tap),
+                "bump" => unit.bump(ports, state, &mut tap),
+                "reflect" => unit.reflect(ports, state, &mut tap),
+                "cube_face" => unit.cube_face(ports, state, &mut tap),
+                "normal" => unit.normal(ports, state, &mut tap),
+                "jacobian" => unit.jacobian(ports, state, &mut tap),
+                "roughness" => unit.roughness(ports, state, &mut tap),
+                "covariance" => unit.covariance(ports, state, &mut tap),
+                "eigen" => unit.eigen(ports, state, &mut tap),
+                "footprint" => unit.footprint(ports, state, &mut tap),
+                "front" => unit.front(ports, state, &mut tap),
+                "floor" => sum = sum.wrapping_add(unit.touch(state, ports.len, self.texture)),
+                "back" => {
+                    unit.back(state, ports.len, self.texture, &mut out, &mut tap);
+                    sum = sum.wrapping_add(out.texels[0]);
+                }
+                other => panic!("no part `{other}`"),
+            }
+        }
+        sum
+    }
+}
+
+/// Whether a scene uses a part at all.
+pub(crate) fn used(scene: &str, part: &str) -> bool {
+    scene != "sphere" || !["local_frame", "bump", "roughness"].contains(&part)
+}
+
+/// Keeps rayon's traits in scope for the pools above.
+pub(crate) fn cores() -> usize {
+    (0..1)
+        .into_par_iter()
+        .count()
+        .max(rayon::current_num_threads())
+}
