@@ -272,6 +272,8 @@ pub fn footprint<const N: usize, T: Tap>(
 #[inline(always)]
 fn line_code(lambda: i64, scale: i64) -> i64 {
     let down = scale - INV_FRAC;
+    // Only a register that wraps makes λ1 negative.
+    let lambda = lambda.max(0);
     let code = if down >= 0 {
         lambda >> down.min(62)
     } else if i64::from(lambda.max(1).leading_zeros()) - 1 > -down {
