@@ -1,9 +1,7 @@
 //! Any bits in, defined bits out: random legal units and random words never panic (the test profile
 //! checks overflows), and the number of lanes changes nothing.
 
-mod common;
-
-use common::{NEEDS, Record, Rng, any_config, any_words};
+use crate::common::{NEEDS, Record, Rng, any_config, any_words};
 use rtl_model::fx::{Overflow, Rounding};
 use rtl_model::unit::{Needs, Ports, Results, Unit, Words};
 use rtl_model::{Config, Reg, Texture, texture::Source};

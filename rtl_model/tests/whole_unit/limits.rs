@@ -3,15 +3,14 @@
 //! The test profile checks sums and products; every case here once was, or could be taken for, a way
 //! past the checks of `Unit::new`.
 
-mod common;
-
-use common::{NEEDS, Record, Rng, any_words};
+use crate::common::{NEEDS, Record, Rng, any_words};
+use crate::run_one;
 use rtl_model::fx::{Format, Overflow, Rounding};
 use rtl_model::policy::{Axis, Count, Dnmod};
 use rtl_model::stages::address::{self, Probe};
 use rtl_model::stages::{Roms, Sink, eigen, footprint};
 use rtl_model::texture::Source;
-use rtl_model::unit::{Needs, Ports, Results, Unit, Words};
+use rtl_model::unit::{Needs, Unit};
 use rtl_model::{Config, ConfigError, NoTap, Reg, Texture};
 
 const ALL: Needs = NEEDS[3];
@@ -32,9 +31,7 @@ fn path(result: Result<Unit, ConfigError>) -> String {
 fn drive(unit: &Unit, texture: Option<&Texture>) {
     let mut rng = Rng(7);
     for _ in 0..1000 {
-        let mut ports = Ports::<1>::default();
-        unit.load(&mut ports, &any_words(&mut rng), &mut NoTap);
-        unit.env(&ports, texture, &mut Results::default(), &mut NoTap);
+        run_one(unit, texture, &any_words(&mut rng));
     }
 }
 
@@ -423,10 +420,7 @@ fn every_register_at_its_widest_legal_size_survives_any_words() {
                 if let Some(unit) = widest {
                     let mut rng = Rng(11);
                     for _ in 0..60 {
-                        let mut ports = Ports::<1>::default();
-                        let words: Words = any_words(&mut rng);
-                        unit.load(&mut ports, &words, &mut NoTap);
-                        unit.env(&ports, None, &mut Results::default(), &mut NoTap);
+                        run_one(&unit, None, &any_words(&mut rng));
                     }
                     ran += 1;
                 }
