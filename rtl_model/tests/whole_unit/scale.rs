@@ -69,7 +69,7 @@ fn powers(reg: Reg) -> [i64; 3] {
 #[test]
 fn powers_of_two_of_v_n_and_h_move_the_point_and_no_code() {
     let mut rng = Rng(61);
-    let mut seen = vec![false; Reg::COUNT];
+    let mut seen = [false; Reg::COUNT];
     for case in 0..400 {
         let mut config = Config {
             dnmod: rng.pick(Dnmod::ALL),
