@@ -19,6 +19,11 @@ fn unpack(word: u32) -> Option<(u64, i32)> {
 
 /// m · 2^e rounded to the nearest integer, ties to even; `None` where it exceeds 62 bits.
 fn round(m: u64, e: i32) -> Option<u64> {
+    nearest(m, e, false)
+}
+
+/// Like [`round`]; ties go up where `ties_up`.
+fn nearest(m: u64, e: i32, ties_up: bool) -> Option<u64> {
     if m == 0 {
         return Some(0);
     }
@@ -33,7 +38,7 @@ fn round(m: u64, e: i32) -> Option<u64> {
     let half = 1u64 << (s - 1);
     let odd = (m >> s.min(63)) & u64::from(s < 64);
     // m < 2^62: the sum cannot wrap.
-    Some((m + (half - 1) + (odd & 1)) >> s)
+    Some((m + (half - 1) + (odd & 1 | u64::from(ties_up))) >> s)
 }
 
 /// A non-negative binary32 word as a binary16 word, ties to even, saturating at 65504.
@@ -71,7 +76,8 @@ pub fn half_to_q24(word: u16) -> i64 {
     if e == 0 { m } else { (m | 0x400) << (e - 1) }
 }
 
-/// Three binary32 words as shared-exponent mantissas and exponent (EXT_texture_shared_exponent).
+/// Three binary32 words as shared-exponent mantissas and exponent (EXT_texture_shared_exponent:
+/// ⌊x + ½⌋, not ties to even).
 #[must_use]
 pub fn to_rgb9e5(words: [u32; 3]) -> ([u64; 3], i32) {
     let parts = words.map(unpack);
@@ -82,7 +88,11 @@ pub fn to_rgb9e5(words: [u32; 3]) -> ([u64; 3], i32) {
     }
     // Mantissas are 0.9: value = m · 2^(exponent − 9), exponent = floor(log2 max) + 1 in −15…16.
     let quantize = |exponent: i32| {
-        parts.map(|part| part.map_or(511, |(m, e)| round(m, e - (exponent - 9)).unwrap_or(512)))
+        parts.map(|part| {
+            part.map_or(511, |(m, e)| {
+                nearest(m, e - (exponent - 9), true).unwrap_or(512)
+            })
+        })
     };
     let mut exponent = (max + 1).clamp(-15, 16);
     let mut codes = quantize(exponent);

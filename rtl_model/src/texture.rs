@@ -69,6 +69,7 @@ impl Texture {
         across: AcrossEdge<'_>,
     ) -> Result<Self, ConfigError> {
         check_texel(config)?;
+        check_sources(sources)?;
         let mut levels = Vec::new();
         let mut total = 0;
         for source in sources {
@@ -202,6 +203,24 @@ fn third_to_half(sum: u64) -> u16 {
     let code = floor + u64::from(up);
     let bits = (shift.cast_unsigned() << 10) + code;
     u16::try_from(bits.min(0x7bff)).unwrap_or(0x7bff)
+}
+
+fn check_sources(sources: &[Source<'_>]) -> Result<(), ConfigError> {
+    let whole = |source: &Source<'_>| {
+        let texels = source.size.checked_mul(source.size)?.checked_mul(6)?;
+        (texels > 0 && source.words.len() == texels).then_some(())
+    };
+    let broken = sources.iter().position(|source| whole(source).is_none());
+    let found = match (sources.len(), broken) {
+        (0, _) => "no level".into(),
+        (_, Some(level)) => alloc::format!("level {level} without them"),
+        (_, None) => return Ok(()),
+    };
+    Err(ConfigError {
+        path: "texture.levels".into(),
+        expected: "at least one level, each of 6·size² texels".into(),
+        found,
+    })
 }
 
 fn check_texel(config: &Config) -> Result<(), ConfigError> {

@@ -1,6 +1,6 @@
 //! The unit: stages wired for what a scene needs, over blocks of lanes.
 
-use crate::config::{Config, ConfigError};
+use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::{Flags, Quantizer};
 use crate::port;
 use crate::regs::{Event, Reg};
@@ -174,6 +174,29 @@ pub struct Unit {
     standard: bool,
 }
 
+/// Refuses constants beyond the words that the stages' checks count on.
+fn check_ranges(config: &Config) -> Result<(), ConfigError> {
+    let one = 1i64 << ROTATION_FRAC;
+    for entry in config.rotation.iter().flatten().flatten() {
+        if !(-one..=one).contains(entry) {
+            return Err(ConfigError {
+                path: "transform.rotation".into(),
+                expected: "entries from -1 to 1".into(),
+                found: alloc::format!("{entry}/2^{ROTATION_FRAC}"),
+            });
+        }
+    }
+    let scale = config.roughness_scale;
+    if !(0..16 << SCALE_FRAC).contains(&scale) {
+        return Err(ConfigError {
+            path: "roughness.scale".into(),
+            expected: "at least 0 and below 16".into(),
+            found: alloc::format!("{scale}/2^{SCALE_FRAC}"),
+        });
+    }
+    Ok(())
+}
+
 impl Unit {
     /// Compiles a configuration; refuses by name what could not be exact inside.
     pub fn new(config: &Config, needs: Needs, face_size: u32) -> Result<Self, ConfigError> {
@@ -196,6 +219,7 @@ impl Unit {
                 });
             }
         }
+        check_ranges(config)?;
         Ok(Self {
             needs,
             roms: Roms::new(config)?,

@@ -101,13 +101,14 @@ impl Format {
     /// Magnitude bits: `int + frac`.
     #[must_use]
     pub const fn magnitude_bits(self) -> u32 {
-        self.int + self.frac
+        self.int.saturating_add(self.frac)
     }
 
     /// Bits of the register, the sign included.
     #[must_use]
     pub const fn width(self) -> u32 {
-        self.int + self.frac + if self.signed { 1 } else { 0 }
+        self.magnitude_bits()
+            .saturating_add(if self.signed { 1 } else { 0 })
     }
 
     /// Largest code.

@@ -116,6 +116,8 @@ impl Quantizer {
             }
             return self.limit(if x == 0 { 0 } else { x << -shift });
         }
+        // Beyond 62 less than half an LSB is left, and only its sign counts.
+        let x = if shift > 62 { x.signum() } else { x };
         self.limit(self.round(x, shift.min(62)))
     }
 

@@ -5,7 +5,7 @@
 //! bilinear footprint is always two rows of two texels.
 
 use super::cube_face::{components, direction, select};
-use super::{Roms, Sink, bits, fits, frac};
+use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
 use crate::regs::{Event, Reg};
@@ -73,6 +73,10 @@ impl Cfg {
                 fits(reg, 63)?;
             }
             fits(Reg::AddrS, config.format(reg).frac + 18)?;
+            // Another face is looked up at the common fraction of u and v.
+            let fine = config.format(Reg::AddrU).frac;
+            let fine = fine.max(config.format(Reg::AddrV).frac);
+            fits(reg, int(config, reg).max(1) + fine)?;
         }
         if !(1..=8).contains(&config.weight_bits) {
             return Err(ConfigError {

@@ -180,7 +180,8 @@ impl Cfg {
         out
     }
 
-    /// ⌊2·sum/(divisor·2^color_shift)⌋ and whether a remainder is left. Sum < 2^80, not negative.
+    /// ⌊2·sum/(divisor·2^color_shift)⌋ and whether a remainder is left. |sum| < 2^80; only a signed
+    /// `filter.bilinear` that wraps or a negative probe weight makes it negative.
     #[inline(always)]
     fn divide(&self, sum: i128, divisor: i64, inv: u64) -> (i64, bool) {
         let down = self.color_shift - 1;
@@ -188,12 +189,16 @@ impl Cfg {
             // The register is finer than the sums: the quotient takes the missing bits.
             let wide = sum << -down;
             let d = i128::from(divisor);
-            return (narrow(wide / d), wide % d != 0);
+            return (narrow(wide.div_euclid(d)), wide % d != 0);
         }
         let head = sum >> down;
         let tail = sum - (head << down) != 0;
         if divisor == 1 {
             return (narrow(head), tail);
+        }
+        if head < 0 {
+            let d = i128::from(divisor);
+            return (narrow(head.div_euclid(d)), tail || head % d != 0);
         }
         let head = narrow(head).cast_unsigned();
         let quotient = narrow(((u128::from(head) * u128::from(inv)) >> 64).cast_signed());

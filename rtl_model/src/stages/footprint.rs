@@ -6,7 +6,7 @@
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Lanes, Roms, Sink, bits, fits, frac, store, take};
+use super::{Lanes, Roms, Sink, bits, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
 use crate::policy::Count;
@@ -93,6 +93,20 @@ impl Cfg {
         fits(Reg::FootLength, lambda + 16)?;
         fits(Reg::FootWidth, bits(config, Reg::FootLength) + 16)?;
         fits(Reg::FootLod, bits(config, Reg::FootWidth) + 30)?;
+        if int(config, Reg::FootWidth) == 0 {
+            return Err(ConfigError {
+                path: "registers.footprint.width".into(),
+                expected: "at least 1 integer bit: no probe is narrower than a texel".into(),
+                found: "0 integer bits".into(),
+            });
+        }
+        // The count compares 256·M with (256·63 + 1)·m at their common fraction.
+        let common = config
+            .format(Reg::FootLength)
+            .frac
+            .max(config.format(Reg::FootWidth).frac);
+        fits(Reg::FootLength, int(config, Reg::FootLength) + common + 9)?;
+        fits(Reg::FootWidth, int(config, Reg::FootWidth) + common + 14)?;
         fits(
             Reg::FootLine,
             lambda.max(39) + bits(config, Reg::EigenAxis) + 1,
@@ -260,6 +274,8 @@ pub fn footprint<const N: usize, T: Tap>(
 #[inline(always)]
 fn line_code(lambda: i64, scale: i64) -> i64 {
     let down = scale - INV_FRAC;
+    // Only a register that wraps makes λ1 negative.
+    let lambda = lambda.max(0);
     let code = if down >= 0 {
         lambda >> down.min(62)
     } else if i64::from(lambda.max(1).leading_zeros()) - 1 > -down {

@@ -96,7 +96,9 @@ impl Cfg {
             )?;
             fits(Reg::JacTilt, w(Reg::JacPerpDotE) + w(Reg::JacInvNn))?;
             fits(Reg::JacTurn, w(Reg::JacTilt) + w(Reg::JacTurn))?;
-            let whole = (1 + int(config, Reg::JacTilt)).max(int(config, Reg::JacTurn) + 2) + 1;
+            fits(Reg::JacTurn, w(Reg::FrameE2) + w(Reg::FrameH) + 2)?;
+            let e_int = int(config, Reg::FrameE1).max(int(config, Reg::FrameE2));
+            let whole = (1 + int(config, Reg::JacTilt)).max(int(config, Reg::JacTurn) + e_int) + 1;
             fits(Reg::JacDe, wide(de_common[0].max(de_common[1])) + whole)?;
             let whole = int(config, Reg::JacDnPerp)
                 .max(int(config, Reg::BumpB) + int(config, Reg::JacDe))
