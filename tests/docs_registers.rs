@@ -5,6 +5,7 @@
 //! them; `TAPLINE_BLESS=1` writes them. Measured errors are written only from the JSON file
 //! that `TAPLINE_COMPARE_JSON` names, the result of the command that the document gives.
 
+#[allow(dead_code, reason = "only the comparison is needed here")]
 mod golden;
 mod house;
 
