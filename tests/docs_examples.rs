@@ -171,7 +171,7 @@ fn a_block_shares_its_exponent_as_the_table_says() {
     let column = |k: usize| -> Vec<String> { rows[1..].iter().map(|r| r[k].clone()).collect() };
     let values: Vec<i64> = column(1).iter().map(|cell| code(cell, 4)).collect();
     let q = Quantizer::new(Format::signed(1, 4), 0);
-    let got = block::normalize(&q, &<[i64; 3]>::try_from(values).unwrap(), 4);
+    let got = block::normalize(false, &q, &<[i64; 3]>::try_from(values).unwrap(), 4);
     let codes: Vec<i64> = column(2).iter().map(|cell| cell.parse().unwrap()).collect();
     assert_eq!(got.m.to_vec(), codes);
     for (code, expected) in got.m.iter().zip(column(3)) {
@@ -188,7 +188,7 @@ fn ports_take_doubles_as_the_table_says() {
             Some(("2", power)) => libm::ldexp(1.0, power.parse().unwrap()),
             _ => row[0].parse::<f64>().unwrap(),
         };
-        let (code, over, finite) = port::scalar(&q, value.to_bits(), 0);
+        let (code, over, finite) = port::scalar(false, &q, value.to_bits(), 0);
         assert_eq!(code.to_string(), row[1], "{}", row[0]);
         let said = match (over, finite) {
             (_, false) if value.is_nan() => "not finite",

@@ -89,7 +89,7 @@ proptest! {
             let top = f64::from(1u32 << 31);
             let over = scaled > top - 1.0 || scaled < -top;
             let code = scaled.clamp(-top, top - 1.0) as i64;
-            prop_assert_eq!(port::scalar(&q, x.to_bits(), exponent.into()), (code, over, true));
+            prop_assert_eq!(port::scalar(false, &q, x.to_bits(), exponent.into()), (code, over, true));
         }
     }
 
@@ -99,7 +99,7 @@ proptest! {
         width in 2u32..31,
     ) {
         let q = Quantizer::new(format(1, width - 1, Rounding::HalfEven, Overflow::Saturate), 0);
-        let (block, finite) = port::vector(&q, words);
+        let (block, finite) = port::vector(false, &q, words);
         let x = words.map(f64::from_bits);
         prop_assert_eq!(finite, x.iter().all(|x| x.is_finite()));
         let largest = block.m.iter().map(|m| m.abs()).max().expect("three");
@@ -148,7 +148,7 @@ fn special_words_unpack_as_documented() {
 #[test]
 fn extreme_vectors_are_normalised() {
     let q = Quantizer::new(format(1, 22, Rounding::HalfEven, Overflow::Saturate), 0);
-    let vector = |x: [f64; 3]| port::vector(&q, x.map(f64::to_bits)).0;
+    let vector = |x: [f64; 3]| port::vector(false, &q, x.map(f64::to_bits)).0;
     // Subnormals: exact, the leading one on the top bit.
     let tiny = f64::from_bits(1);
     assert_eq!(vector([tiny, -2.0 * tiny, 0.0]).m, [1 << 21, -(1 << 22), 0]);

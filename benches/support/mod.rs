@@ -180,7 +180,7 @@ impl Task for Part<'_> {
             for chunk in self.words.chunks(LANES) {
                 ports.len = 0;
                 for words in chunk {
-                    unit.load(&mut ports, words, &mut NoTap);
+                    unit.load(&mut ports, words, &mut tap);
                 }
                 sum += ports.len as u64;
             }

@@ -27,7 +27,7 @@ pub fn unpack(word: u64) -> (i64, i64, bool) {
 /// A vector of words normalised into the block register `q`, and whether all were finite.
 #[inline(always)]
 #[must_use]
-pub fn vector(q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool) {
+pub fn vector(standard: bool, q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool) {
     let mut top = i64::MIN;
     let mut finite = true;
     let parts = words.map(unpack);
@@ -51,7 +51,7 @@ pub fn vector(q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool) {
     let max = q.format.max_raw();
     let m = parts.map(|(m, e, _)| {
         let shift = (lsb - e).min(62);
-        q.round(m, shift).clamp(-max, max)
+        q.round_as(standard, m, shift).clamp(-max, max)
     });
     (Block { m, frac: -lsb }, finite)
 }
@@ -59,8 +59,11 @@ pub fn vector(q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool) {
 /// One word written to the fixed register `q` after division by 2^`exponent`: code, overflow, finite.
 #[inline(always)]
 #[must_use]
-pub fn scalar(q: &Quantizer, word: u64, exponent: i64) -> (i64, bool, bool) {
+pub fn scalar(standard: bool, q: &Quantizer, word: u64, exponent: i64) -> (i64, bool, bool) {
     let (m, e, finite) = unpack(word);
-    let (code, over) = q.write_shifted(m, exponent - e - i64::from(q.format.frac));
+    // Every shift beyond 62 leaves nothing of 53 bits but, for some roundings, a sign.
+    let shift = exponent - e - i64::from(q.format.frac);
+    let shift = if standard { shift.min(62) } else { shift };
+    let (code, over) = q.write_as(standard, m, shift);
     (code, over, finite)
 }

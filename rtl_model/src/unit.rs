@@ -254,6 +254,7 @@ impl Unit {
     }
 
     /// Passes one fragment through the ports into lane `ports.len`, which must be below `N`.
+    #[inline(always)]
     pub fn load<const N: usize, T: Tap>(&self, ports: &mut Ports<N>, words: &Words, tap: &mut T) {
         let lane = ports.len;
         if lane >= N {
@@ -262,7 +263,7 @@ impl Unit {
         ports.len += 1;
         let mut flags = Flags::default();
         let mut all_finite = true;
-        let (v, finite) = port::vector(&self.reflect.v, words.v);
+        let (v, finite) = port::vector(T::STANDARD, &self.reflect.v, words.v);
         all_finite &= finite;
         let width = |q: &Quantizer| i64::from(q.format.magnitude_bits()) - 1;
         let v_exp = width(&self.reflect.v) - v.frac;
@@ -270,7 +271,7 @@ impl Unit {
             Some(frame) => (&frame.n, Reg::FrameN),
             None => (&self.reflect.n, Reg::ReflectN),
         };
-        let (n, finite) = port::vector(n_port, words.n);
+        let (n, finite) = port::vector(T::STANDARD, n_port, words.n);
         all_finite &= finite;
         let n_exp = width(n_port) - n.frac;
         for c in 0..3 {
@@ -282,7 +283,7 @@ impl Unit {
         ports.v_exp[lane] = v_exp;
         ports.n_exp[lane] = n_exp;
         let mut scalar = |q: &Quantizer, reg: Reg, c: usize, word: u64, exponent: i64| {
-            let (code, over, finite) = port::scalar(q, word, exponent);
+            let (code, over, finite) = port::scalar(T::STANDARD, q, word, exponent);
             flags.register(reg, over);
             all_finite &= finite;
             tap.put(lane, reg, c, code, i64::from(q.format.frac) - exponent);
@@ -309,7 +310,7 @@ impl Unit {
             }
         }
         if let Some(frame) = &self.frame {
-            let (h, finite) = port::vector(&frame.h, words.h);
+            let (h, finite) = port::vector(T::STANDARD, &frame.h, words.h);
             all_finite &= finite;
             for c in 0..3 {
                 tap.put(lane, Reg::FrameH, c, h.m[c], h.frac);
@@ -618,7 +619,7 @@ impl Unit {
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        for lane in 0..len {
+        for lane in 0..len.min(N) {
             let request = self.request(state, lane);
             out.flags[lane] = state.flags[lane];
             let mut sink = Sink {
@@ -645,7 +646,7 @@ impl Unit {
     pub fn touch<const N: usize>(&self, state: &State<N>, len: usize, texture: &Texture) -> u64 {
         let mut sum = 0;
         let mut flags = NO_FLAGS;
-        for lane in 0..len {
+        for lane in 0..len.min(N) {
             let request = self.request(state, lane);
             let mut sink = Sink {
                 lane,

@@ -193,7 +193,7 @@ fn a_block_fills_its_register_and_each_mantissa_is_within_half_an_lsb() {
         let q = Quantizer::new(format(true, 1, width - 1, rounding, Overflow::Saturate), 0);
         let x = [rng.signed(61), rng.signed(61), rng.signed(61)];
         let frac = rng.range(-100, 100);
-        let out = block::normalize(&q, &x, frac);
+        let out = block::normalize(false, &q, &x, frac);
         let max = (1i64 << width) - 1;
         let largest = out.m.iter().map(|m| m.abs()).max().expect("three");
         if x == [0; 3] {
@@ -242,7 +242,7 @@ fn a_block_with_a_given_shift_rounds_each_component_alike() {
         let q = Quantizer::new(f, 0);
         let x = [rng.signed(60), rng.signed(60)];
         let shift = block::top_bit(&x) + 2 - i64::from(width);
-        let out = block::shifted(&q, &x, 60, shift);
+        let out = block::shifted(false, &q, &x, 60, shift);
         assert_eq!(out.frac, 60 - shift);
         for (&m, &x) in out.m.iter().zip(&x) {
             assert_eq!(m, defined(x, shift, f).0);

@@ -107,11 +107,18 @@ pub(super) fn run(
         let worst = codes
             .iter()
             .zip(floats)
+            .filter(|(c, _)| c.is_written())
             .map(|(c, f)| error_lsb(*c, *f))
             .fold(0.0, f64::max);
         table.row([
             format!("{}.{}", info.stage, info.name),
-            join(codes.iter().map(|c| c.value()).collect()),
+            join(
+                codes
+                    .iter()
+                    .filter(|c| c.is_written())
+                    .map(|c| c.value())
+                    .collect(),
+            ),
             join(floats.to_vec()),
             if floats.is_empty() {
                 "-".into()
@@ -171,7 +178,9 @@ fn registers(args: &Args, mine: &RtlProbe, theirs: &FloatProbe) -> Value {
                 .get(*reg)
                 .iter()
                 .map(|c| {
-                    if args.raw {
+                    if !c.is_written() {
+                        Value::Null
+                    } else if args.raw {
                         json!({"raw": c.raw, "frac": c.frac})
                     } else {
                         Value::Number(serde_json::Number::from_string_unchecked(c.decimal()))

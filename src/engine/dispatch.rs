@@ -4,7 +4,7 @@
 //! of it is integer arithmetic: the bits are the same.
 
 use rtl_model::unit::{Ports, Results, State, Words};
-use rtl_model::{NoTap, NoTapStandard, Texture, Unit};
+use rtl_model::{NoTap, NoTapStandard, Tap, Texture, Unit};
 
 /// Fragments in a block.
 pub const LANES: usize = 32;
@@ -84,6 +84,24 @@ pub struct Blocks<'a, F> {
     pub each: F,
 }
 
+impl<F> Blocks<'_, F> {
+    #[inline(always)]
+    fn block<T: Tap>(
+        &self,
+        words: &[Words],
+        ports: &mut Ports<LANES>,
+        state: &mut State<LANES>,
+        out: &mut Results<LANES>,
+        tap: &mut T,
+    ) {
+        ports.len = 0;
+        for words in words {
+            self.unit.load(ports, words, tap);
+        }
+        self.unit.env(ports, self.texture, state, out, tap);
+    }
+}
+
 impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
     type Output = ();
 
@@ -93,21 +111,10 @@ impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
         let mut out = Results::<LANES>::default();
         let mut ports = Ports::<LANES>::default();
         for words in self.words.chunks(LANES) {
-            ports.len = 0;
-            for words in words {
-                self.unit.load(&mut ports, words, &mut NoTap);
-            }
             if self.unit.is_standard() {
-                self.unit.env(
-                    &ports,
-                    self.texture,
-                    &mut state,
-                    &mut out,
-                    &mut NoTapStandard,
-                );
+                self.block(words, &mut ports, &mut state, &mut out, &mut NoTapStandard);
             } else {
-                self.unit
-                    .env(&ports, self.texture, &mut state, &mut out, &mut NoTap);
+                self.block(words, &mut ports, &mut state, &mut out, &mut NoTap);
             }
             (self.each)(&out, words.len());
         }

@@ -23,6 +23,18 @@ pub struct Code {
 }
 
 impl Code {
+    /// What stands where a component was skipped: a second level that no weight falls on.
+    pub const SKIPPED: Self = Self {
+        raw: 0,
+        frac: i64::MIN,
+    };
+
+    /// Whether the component was written.
+    #[must_use]
+    pub fn is_written(self) -> bool {
+        self != Self::SKIPPED
+    }
+
     /// The value to the nearest double.
     #[must_use]
     pub fn value(self) -> f64 {
@@ -105,7 +117,7 @@ impl Tap for RtlProbe {
     fn put(&mut self, _: usize, reg: Reg, component: usize, raw: i64, frac: i64) {
         let slots = &mut self.registers[reg.index()];
         if slots.len() <= component {
-            slots.resize(component + 1, Code { raw: 0, frac: 0 });
+            slots.resize(component + 1, Code::SKIPPED);
         }
         slots[component] = Code { raw, frac };
     }

@@ -215,7 +215,7 @@ fn one(
         } else {
             1.0
         };
-        for (code, value) in a.iter().zip(b) {
+        for (code, value) in a.iter().zip(b).filter(|(code, _)| code.is_written()) {
             errors.registers[reg.index()].add(error_lsb(*code, sign * value), pixel);
         }
     }

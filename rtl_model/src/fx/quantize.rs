@@ -121,27 +121,39 @@ impl Quantizer {
         self.limit(self.round(x, shift.min(62)))
     }
 
-    /// [`Quantizer::round`] for half-even alone where `standard`.
+    /// [`Quantizer::round`], compiled for half-even alone where `standard`.
     #[inline(always)]
     #[must_use]
     pub fn round_as(&self, standard: bool, x: i64, shift: i64) -> i64 {
-        if !standard || shift <= 0 {
+        if !standard {
             return self.round(x, shift);
         }
-        let low = (1i64 << (shift - 1)) - 1;
-        (x + low + ((x >> shift) & 1)) >> shift
+        if shift <= 0 {
+            return x << -shift;
+        }
+        half_even(x, shift)
     }
 
-    /// [`Quantizer::write_shifted`] for half-even and saturation alone where `standard`.
+    /// [`Quantizer::write_shifted`], compiled for half-even and saturation alone where `standard`.
     #[inline(always)]
     #[must_use]
     pub fn write_as(&self, standard: bool, x: i64, shift: i64) -> (i64, bool) {
-        if !standard || !(1..=62).contains(&shift) {
+        if !standard {
             return self.write_shifted(x, shift);
         }
-        let y = self.round_as(true, x, shift);
+        if !(1..=62).contains(&shift) {
+            return self.write_seldom(x, shift);
+        }
+        let y = half_even(x, shift);
         let code = y.clamp(self.min, self.max);
         (code, code != y)
+    }
+
+    /// Shifts that do not round, kept out of the way of those that do.
+    #[cold]
+    #[inline(never)]
+    fn write_seldom(&self, x: i64, shift: i64) -> (i64, bool) {
+        self.write_shifted(x, shift)
     }
 
     /// Whether the register rounds half-even and saturates.
@@ -149,4 +161,11 @@ impl Quantizer {
     pub fn is_standard(format: Format) -> bool {
         format.rounding == Rounding::HalfEven && format.overflow == Overflow::Saturate
     }
+}
+
+/// x·2^−shift to nearest, ties to even; shift from 1 to 62.
+#[inline(always)]
+fn half_even(x: i64, shift: i64) -> i64 {
+    let low = (1i64 << (shift - 1)) - 1;
+    (x + low + ((x >> shift) & 1)) >> shift
 }

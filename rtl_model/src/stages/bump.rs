@@ -75,7 +75,8 @@ pub fn bump<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let n = take(input.n, lane);
         let [e1, e2] = [take(input.e1, lane), take(input.e2, lane)];

@@ -99,7 +99,7 @@ pub fn covariance<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let width = i64::from(cfg.k.format.magnitude_bits());
-    for lane in 0..flags.len() {
+    for lane in 0..flags.len().min(N) {
         let [ux, uy, vx, vy] = take(input.d, lane);
         let mut a = (ux * ux + uy * uy) << cfg.lift[0];
         let mut b = (ux * vx + uy * vy) << cfg.lift[0];

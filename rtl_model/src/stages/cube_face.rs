@@ -140,7 +140,8 @@ pub fn cube_face<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let mut d = take(input.v_r, lane);
         let mut d_frac = input.v_r_frac[lane];

@@ -129,11 +129,7 @@ impl Cfg {
             return (cos, sin);
         };
         // tan(2α − θk) over the tangent of the step: the fraction of the way to the next entry.
-        let theta = if k == 0 {
-            rom.first_theta
-        } else {
-            rom.boundaries.get(k - 1).copied().unwrap_or((1, 0))
-        };
+        let theta = rom.doubled.get(k).copied().unwrap_or((1, 0));
         let num = (t * theta.0 - d * theta.1).max(0);
         let den = t * theta.1 + d * theta.0;
         let (m, e) = mantissa(den.max(1));
@@ -181,7 +177,8 @@ pub fn eigen<const N: usize, T: Tap>(
 ) {
     let root_frac = i64::from(cfg.root.format.frac);
     let lambda_frac = i64::from(cfg.lambda.format.frac);
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let [a, b, c] = take(&input.covariance.k, lane);
         // K = mantissa·2^−k_frac·4^exp, λ = nominal·2^exp.

@@ -14,7 +14,7 @@ use super::address::{self, Taps};
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
-use crate::policy::Weights;
+use crate::policy::{Count, Weights};
 use crate::regs::Reg;
 use crate::tap::Tap;
 use crate::texture::{Level, Texels, Texture};
@@ -79,7 +79,8 @@ impl Cfg {
         let sum_bits = whole + u32::try_from(sum_frac).unwrap_or(u32::MAX);
         let most = config.max_probes.next_power_of_two().ilog2();
         if config.weights == Weights::Box {
-            fits(Reg::FilterBilinear, sum_bits + most)?;
+            // No rounding constant is added to the sums: they may use 63 bits.
+            fits(Reg::FilterBilinear, sum_bits + most - 1)?;
         } else {
             fits(Reg::FilterBilinear, sum_bits)?;
         }
@@ -103,7 +104,11 @@ impl Cfg {
         fits(Reg::FilterColor, color.frac + whole + most + 1 + 6)?;
         let weights = match config.weights {
             Weights::Box => Vec::new(),
-            Weights::Gaussian => weights::rom(config.max_probes, config.probe_weight_bits),
+            Weights::Gaussian => weights::rom(
+                config.max_probes,
+                config.probe_weight_bits,
+                config.count == Count::Feline,
+            ),
         };
         let lod_frac = frac(config, Reg::FootLod);
         let lod_bits = i64::from(config.lod_bits);

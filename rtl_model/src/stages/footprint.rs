@@ -202,7 +202,8 @@ pub fn footprint<const N: usize, T: Tap>(
     let length_frac = i64::from(cfg.length.format.frac);
     let width_frac = i64::from(cfg.width.format.frac);
     let lambda_frac = cfg.lambda_frac;
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let lambda = take(&input.eigen.lambda, lane);
         let axis = take(&input.eigen.axis, lane);

@@ -202,7 +202,8 @@ pub fn jacobian<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.d.format.frac);
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let (r, face) = (input.reflect, input.face);
         let v = take(input.v, lane);

@@ -123,7 +123,8 @@ pub fn local_frame<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let port = i64::from(PORT_FRAC);
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let n = take(input.n, lane);
         let h = take(input.h, lane);

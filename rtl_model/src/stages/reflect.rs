@@ -107,7 +107,8 @@ pub fn reflect<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let v = take(input.v, lane);
         let v_exp = input.v_exp[lane];

@@ -20,15 +20,23 @@ pub struct AngleRom {
     pub spec: TableSpec,
     /// Where the entries lie.
     pub placement: Placement,
-    /// (cos α, sin α) of the angles α ≥ 0, ascending, with `spec.frac` bits.
+    /// (cos α, sin α) of each bin's entry, ascending, with `spec.frac` bits; with order 1 one more, the
+    /// neighbour of the last bin's. Below 0° with order 1 and centres: the first entry's mirror image.
     pub angles: Vec<(i64, i64)>,
     /// (cos θ, sin θ) of the boundaries θ of |2α|, ascending, with `BOUNDARY_FRAC` bits: midway
-    /// between the entries (order 0) or at the entries above the first (order 1).
+    /// between the entries (order 0) or at the entries (order 1).
     pub boundaries: Vec<(i64, i64)>,
-    /// (cos 2α, sin 2α) of the first entry, with `BOUNDARY_FRAC` bits.
-    pub first_theta: (i64, i64),
+    /// (cos 2α, sin 2α) of each bin's entry, with `BOUNDARY_FRAC` bits, for order 1.
+    pub doubled: Vec<(i64, i64)>,
     /// cot of the step of 2α between entries, for order 1, with `BOUNDARY_FRAC` − 8 bits.
     pub cot_step: i64,
+}
+
+/// (cos, sin) of π·k/q for |k|/q ≤ ½.
+fn circle(k: i32, q: u32, frac: u32) -> Option<(i64, i64)> {
+    let p = k.unsigned_abs();
+    let sin = sin_cos(p, q, false, frac)?;
+    Some((sin_cos(p, q, true, frac)?, if k < 0 { -sin } else { sin }))
 }
 
 impl AngleRom {
@@ -36,48 +44,35 @@ impl AngleRom {
     #[must_use]
     pub fn new(spec: TableSpec, placement: Placement) -> Option<Self> {
         let n = spec.entries;
-        // α as a fraction of π: 90°·k/n = π·k/(2n) (edges), π·(2k + 1)/(4n) (centres).
-        let angle = |k: u32| match placement {
-            Placement::Edges => (2 * k, 4 * n),
-            Placement::Centres => (2 * k + 1, 4 * n),
+        let last = i32::try_from(n).ok()?;
+        // In half steps of 2α, which are π/(2n): where the first boundary and the first entry lie.
+        let (boundary, entry) = match (spec.order, placement) {
+            (0, Placement::Edges) => (1, 0),
+            (0, Placement::Centres) => (2, 1),
+            (_, Placement::Edges) => (2, 0),
+            (_, Placement::Centres) => (1, -1),
         };
-        let count = match placement {
-            Placement::Edges => n / 2 + 1,
-            Placement::Centres => n / 2,
-        };
-        let mut angles = Vec::new();
-        for k in 0..count {
-            let (p, q) = angle(k);
-            angles.push((
-                sin_cos(p, q, true, spec.frac)?,
-                sin_cos(p, q, false, spec.frac)?,
-            ));
-        }
         let mut boundaries = Vec::new();
-        for k in 1..count {
-            let ((p0, q), (p1, _)) = (angle(k - 1), angle(k));
-            // 2α: doubled numerator; midway: the mean of the two.
-            let theta = if spec.order == 0 { p0 + p1 } else { 2 * p1 };
-            boundaries.push((
-                sin_cos(theta, q, true, BOUNDARY_FRAC)?,
-                sin_cos(theta, q, false, BOUNDARY_FRAC)?,
-            ));
+        let mut at = boundary;
+        while at < last {
+            boundaries.push(circle(at, 2 * n, BOUNDARY_FRAC)?);
+            at += 2;
         }
+        let bins = i32::try_from(boundaries.len()).ok()? + 1;
+        let angle = |bin: i32| circle(2 * bin + entry, 4 * n, spec.frac);
+        let stored = if spec.order == 0 { bins } else { bins + 1 };
+        let doubled = |bin: i32| circle(2 * bin + entry, 2 * n, BOUNDARY_FRAC);
         // tan of the step 2·90°/n = π/n; n = 2 has one bin of 90°, whose cotangent is 0.
-        let (c, s) = (
-            sin_cos(1, n, true, BOUNDARY_FRAC)?,
-            sin_cos(1, n, false, BOUNDARY_FRAC)?,
-        );
-        let (p, q) = angle(0);
-        let first_theta = (
-            sin_cos(2 * p, q, true, BOUNDARY_FRAC)?,
-            sin_cos(2 * p, q, false, BOUNDARY_FRAC)?,
-        );
+        let (c, s) = circle(1, n, BOUNDARY_FRAC)?;
         Some(Self {
             spec,
             placement,
-            first_theta,
-            angles,
+            angles: (0..stored).map(angle).collect::<Option<_>>()?,
+            doubled: if spec.order == 0 {
+                Vec::new()
+            } else {
+                (0..bins).map(doubled).collect::<Option<_>>()?
+            },
             boundaries,
             cot_step: (c << (BOUNDARY_FRAC - 8)) / s,
         })
@@ -110,6 +105,10 @@ impl AngleRom {
     pub fn bits(&self) -> u64 {
         let wide =
             |n: usize, width: u32| u64::try_from(2 * n).unwrap_or(u64::MAX) * u64::from(width);
-        wide(self.angles.len(), self.spec.frac + 1) + wide(self.boundaries.len(), BOUNDARY_FRAC + 1)
+        wide(self.angles.len(), self.spec.frac + 1)
+            + wide(
+                self.boundaries.len() + self.doubled.len(),
+                BOUNDARY_FRAC + 1,
+            )
     }
 }

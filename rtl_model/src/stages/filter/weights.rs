@@ -1,7 +1,9 @@
 //! Gaussian probe weights: integers that sum to exactly 2^bits.
 //!
-//! Weight i of `count` is e^(−2x²), x = (2i + 1 − count)/count, over the sum of all. Each is rounded
-//! to nearest; the residue goes to the middle probe, the lower one of two.
+//! Weight i of `count` is e^(−2x²), x its offset over half the line: (2i + 1 − count)/count, or
+//! (2i + 1 − count)/(count − 1) where the line has probes at its ends. Each is rounded to nearest; the
+//! residue goes to the middle probe, the lower one of two. Where that would make it negative, all are
+//! rounded down instead.
 
 use alloc::vec::Vec;
 
@@ -26,29 +28,41 @@ fn exp_neg(p: i128, q: i128) -> i128 {
 
 /// The weights of `count` probes.
 #[must_use]
-pub fn weights(count: u32, bits: u32) -> Vec<i64> {
+pub fn weights(count: u32, bits: u32, end_points: bool) -> Vec<i64> {
     let n = i128::from(count.max(1));
-    // 2x² = 2(2i + 1 − n)²/n².
+    let half_line = if end_points { (n - 1).max(1) } else { n };
+    // 2x² = 2(2i + 1 − n)²/(half line)².
     let raw: Vec<i128> = (0..n)
-        .map(|i| exp_neg(2 * (2 * i + 1 - n) * (2 * i + 1 - n), n * n))
+        .map(|i| exp_neg(2 * (2 * i + 1 - n) * (2 * i + 1 - n), half_line * half_line))
         .collect();
     let total: i128 = raw.iter().sum();
-    let mut out: Vec<i64> = raw
-        .iter()
-        .map(|w| i64::try_from(((w << (bits + 1)) + total) / (2 * total)).unwrap_or(0))
-        .collect();
-    let residue = (1i64 << bits) - out.iter().sum::<i64>();
-    let middle = (out.len() - 1) / 2;
-    if let Some(w) = out.get_mut(middle) {
-        *w += residue;
+    let middle = (raw.len() - 1) / 2;
+    let rounded = |half: i128| {
+        let mut out: Vec<i64> = raw
+            .iter()
+            .map(|w| i64::try_from(((w << (bits + 1)) + half * total) / (2 * total)).unwrap_or(0))
+            .collect();
+        let residue = (1i64 << bits) - out.iter().sum::<i64>();
+        if let Some(w) = out.get_mut(middle) {
+            *w += residue;
+        }
+        out
+    };
+    let nearest = rounded(1);
+    // Rounded down, the residue is never negative.
+    if nearest.iter().all(|w| *w >= 0) {
+        nearest
+    } else {
+        rounded(0)
     }
-    out
 }
 
 /// The weights of every count up to `max`, by count.
 #[must_use]
-pub fn rom(max: u32, bits: u32) -> Vec<Vec<i64>> {
-    (0..=max).map(|count| weights(count, bits)).collect()
+pub fn rom(max: u32, bits: u32, end_points: bool) -> Vec<Vec<i64>> {
+    (0..=max)
+        .map(|count| weights(count, bits, end_points))
+        .collect()
 }
 
 /// Weight of probe `k` of `count`.
@@ -69,7 +83,7 @@ mod tests {
     fn weights_sum_to_a_power_of_two_and_fall_towards_the_ends() {
         for bits in [4, 8, 12] {
             for count in 1..=64 {
-                let w = weights(count, bits);
+                let w = weights(count, bits, false);
                 assert_eq!(w.iter().sum::<i64>(), 1 << bits, "{count} probes");
                 let middle = (w.len() - 1) / 2;
                 for i in 0..w.len() {

@@ -190,7 +190,8 @@ pub fn normal<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let mod_frac = i64::from(cfg.dn_mod[0].format.frac);
-    for (lane, flags) in flags.iter_mut().enumerate() {
+    for lane in 0..flags.len().min(N) {
+        let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let dn = take(input.dn, lane);
         let dn = [[dn[0], dn[1], dn[2]], [dn[3], dn[4], dn[5]]];
