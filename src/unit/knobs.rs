@@ -290,19 +290,20 @@ impl UnitSpec {
 
     /// Sets a knob. The error names the path, what it takes and what was given.
     pub fn set(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        self.assign(path, value)?;
+        self.check_widths()
+    }
+
+    /// [`UnitSpec::set`] without the check of a register's width, which may be too large between the
+    /// settings of its two parts.
+    pub(super) fn assign(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
         let path = if path == "tables.eigen.entries" {
             "eigen.entries"
         } else {
             path
         };
         let wrong = |expected: &str| {
-            Err(InputError::new(
-                "unit",
-                expected,
-                value.to_string(),
-                "see `tapline unit show`",
-            )
-            .at(path))
+            Err(InputError::new("unit", expected, shown(value), "see `tapline unit show`").at(path))
         };
         let c = &mut self.config;
         macro_rules! literal {
@@ -388,13 +389,7 @@ impl UnitSpec {
 
     fn set_nested(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
         let wrong = |expected: String| {
-            Err(InputError::new(
-                "unit",
-                expected,
-                value.to_string(),
-                "see `tapline unit show`",
-            )
-            .at(path))
+            Err(InputError::new("unit", expected, shown(value), "see `tapline unit show`").at(path))
         };
         let whole = |high: u32| match value {
             Value::Integer(n) => u32::try_from(*n).ok().filter(|n| *n <= high),
@@ -460,24 +455,28 @@ impl UnitSpec {
                     ("overflow", _) => return wrong(names(Overflow::ALL, Overflow::name)),
                     _ => return Err(unknown(path)),
                 }
-                self.check_width(reg, path)
+                Ok(())
             }
             _ => Err(unknown(path)),
         }
     }
 
-    fn check_width(&self, reg: Reg, path: &str) -> Result<(), InputError> {
-        let format: Format = self.config.format(reg);
-        if format.magnitude_bits() <= 58 {
-            return Ok(());
+    /// The first register with more bits than the model has room for.
+    pub(super) fn check_widths(&self) -> Result<(), InputError> {
+        for reg in Reg::ALL {
+            let format: Format = self.config.format(*reg);
+            if format.magnitude_bits() > 58 {
+                let info = reg.info();
+                return Err(InputError::new(
+                    "unit",
+                    "int + frac of at most 58 bits",
+                    format.magnitude_bits().to_string(),
+                    "shorten the register",
+                )
+                .at(format!("registers.{}.{}", info.stage, info.name)));
+            }
         }
-        Err(InputError::new(
-            "unit",
-            "int + frac of at most 58 bits",
-            format.magnitude_bits().to_string(),
-            "shorten the register",
-        )
-        .at(path))
+        Ok(())
     }
 
     /// The value of a knob.
@@ -492,6 +491,15 @@ impl UnitSpec {
             .into_iter()
             .find(|k| k.path == path)
             .map(|k| k.value)
+    }
+}
+
+/// A value as a message shows it: its beginning.
+fn shown(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
     }
 }
 
@@ -528,7 +536,8 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     Some((!identity).then_some(a))
 }
 
-fn unknown(path: &str) -> InputError {
+/// The error for a path that no unit of this version has.
+pub(super) fn unknown(path: &str) -> InputError {
     let later = ["hit", "cone", "surface_footprint", "ray_cone"];
     let head = path.split('.').next().unwrap_or("");
     let stage = path
