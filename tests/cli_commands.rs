@@ -70,7 +70,7 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
             "WIDTHxHEIGHT",
         ),
         (&["compare", "sphere", "--size", "2x0"], "WIDTHxHEIGHT"),
-        (&["compare", "cylinder", "--size", "1x4096"], "no fragment"),
+        (&["compare", "sphere", "--size", "1x4096"], "no fragment"),
         (&["compare", "--exposure", "nan"], "--exposure"),
         (&["compare", "--exposure", "1e9"], "--exposure"),
         (&["compare", "--threads", "-1"], "--threads"),

@@ -16,7 +16,7 @@ pub(super) fn load(
 ) -> Result<BumpSource, InputError> {
     let subject = path.display().to_string();
     if let Some(scale) = scale
-        && !(scale.abs() <= 65536.0)
+        && (scale.is_nan() || scale.abs() > 65536.0)
     {
         return Err(InputError::new(
             "--bump-scale",

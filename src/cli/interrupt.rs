@@ -11,20 +11,27 @@ pub(super) fn install() {
     let wanted = [SIGINT, SIGTERM, SIGHUP]
         .into_iter()
         .filter(|s| !ignored(*s));
-    // Registered by the thread itself: if it cannot start, the signals keep their usual effect.
+    // Registered by the thread itself: if it cannot start, the signals keep their usual effect. The
+    // command goes on once that is done, so that no temporary is older.
+    let (registered, ready) = std::sync::mpsc::channel::<()>();
     let handler = move || {
         let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else {
             return;
         };
+        drop(registered);
         if let Some(signal) = signals.forever().next() {
             let _until_the_end = crate::image::temporary::remove_all();
             let _ = signal_hook::low_level::emulate_default_handler(signal);
             std::process::exit(128 + signal);
         }
     };
-    let _ = std::thread::Builder::new()
+    let started = std::thread::Builder::new()
         .name("signals".into())
         .spawn(handler);
+    if started.is_ok() {
+        // Ends when the thread lets go of its end, which is an error by design.
+        let _ = ready.recv();
+    }
 }
 
 #[cfg(not(unix))]

@@ -322,7 +322,7 @@ impl UnitSpec {
         }
         let whole = |low: u32, high: u32| match value {
             Value::Integer(n) => u32::try_from(*n).ok().filter(|n| (low..=high).contains(n)),
-            _ => None,
+            Value::Float(_) | Value::Text(_) | Value::Numbers(_) => None,
         };
         macro_rules! number {
             ($target:expr, $low:expr, $high:expr) => {
@@ -350,7 +350,9 @@ impl UnitSpec {
                     self.set_scale(f64::from(whole(0, 8).unwrap_or(0)));
                     Ok(())
                 }
-                _ => wrong("a number from 0 to 8"),
+                Value::Integer(_) | Value::Float(_) | Value::Text(_) | Value::Numbers(_) => {
+                    wrong("a number from 0 to 8")
+                }
             },
             "roughness.interpolate" => {
                 literal!(RoughnessInterpolation, self.roughness_interpolation)
@@ -381,7 +383,9 @@ impl UnitSpec {
                         "nine numbers row by row whose rows are orthonormal to 2^-10 and turn right-handed",
                     ),
                 },
-                _ => wrong("an array of nine numbers, row by row"),
+                Value::Integer(_) | Value::Float(_) | Value::Text(_) => {
+                    wrong("an array of nine numbers, row by row")
+                }
             },
             _ => self.set_nested(path, value),
         }
@@ -393,7 +397,7 @@ impl UnitSpec {
         };
         let whole = |high: u32| match value {
             Value::Integer(n) => u32::try_from(*n).ok().filter(|n| *n <= high),
-            _ => None,
+            Value::Float(_) | Value::Text(_) | Value::Numbers(_) => None,
         };
         let parts: Vec<&str> = path.split('.').collect();
         match parts.as_slice() {
@@ -517,8 +521,8 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     for i in 0..3 {
         for j in 0..3 {
             let expected = if i == j { 1.0 } else { 0.0 };
-            // Not a NaN either.
-            if !((dot(a[i], a[j]) - expected).abs() <= slack) {
+            let error = (dot(a[i], a[j]) - expected).abs();
+            if error.is_nan() || error > slack {
                 return None;
             }
         }
