@@ -23,7 +23,7 @@ impl UnitArgs {
     /// The unit, checked: its configuration can be exact inside with every stage built.
     pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
         let spec = file::load(self.unit.as_deref(), &self.sets)?;
-        super::unit::check(&spec)?;
+        super::unit::check_named(&spec, self.unit.as_deref(), &self.sets)?;
         Ok(spec)
     }
 }
@@ -37,14 +37,19 @@ pub(super) struct SceneArgs {
     /// Bump map: a height map (grey) or tangent-space normals (RGB).
     #[arg(long, value_name = "FILE")]
     pub(super) bump: Option<PathBuf>,
-    /// Height of a full-scale texel of a height map, in texels.
-    #[arg(long, value_name = "TEXELS", default_value_t = 8.0, requires = "bump")]
-    pub(super) bump_scale: f64,
+    /// Texels per unit of height (white) of a height map; a 64th of its width if not given.
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        requires = "bump",
+        allow_negative_numbers = true
+    )]
+    pub(super) bump_scale: Option<f64>,
     /// Texels along an edge of the cube map.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(super) face_size: Option<usize>,
     /// Picture size.
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size, allow_hyphen_values = true)]
     pub(super) size: (usize, usize),
     /// Exposure in stops for PNG files and for the metrics.
     #[arg(
@@ -55,15 +60,48 @@ pub(super) struct SceneArgs {
     )]
     pub(super) exposure: f64,
     /// Largest image to read, in MiB of pixels.
-    #[arg(long, value_name = "MIB", default_value_t = 512)]
+    #[arg(
+        long,
+        value_name = "MIB",
+        default_value_t = 512,
+        allow_negative_numbers = true
+    )]
     pub(super) max_image_mb: u64,
+    /// Of a later version.
+    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
+    mesh: Option<Option<String>>,
+    /// Of a later version.
+    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
+    distance: Option<Option<String>>,
+}
+
+impl SceneArgs {
+    /// Refuses, in plain words, the flags of operations that are not built yet.
+    pub(super) fn refuse_later(&self) -> Result<(), InputError> {
+        for (flag, given) in [("--mesh", &self.mesh), ("--distance", &self.distance)] {
+            if given.is_some() {
+                return Err(InputError::new(
+                    flag,
+                    "a flag of this version",
+                    "one that is not built yet",
+                    "leave it out",
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How the engines run.
 #[derive(Clone, Debug, Args)]
 pub(super) struct RunArgs {
     /// Threads; 0 takes all cores.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     pub(super) threads: usize,
     /// Axis of the float reference where the unit's comes from the table.
     #[arg(long, value_enum, default_value_t = ReferenceAxis::Exact)]

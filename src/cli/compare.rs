@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
-use super::output::{JsonTarget, Kind, Origin, unit_json, write_picture};
+use super::output::{JsonTarget, Origin, unit_json};
 use super::progress::Bar;
 use super::{Failure, subject};
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
@@ -17,8 +17,9 @@ use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::{Engine, Rendering, Rung, Subject};
 use crate::error::InputError;
+use crate::image::temporary::OutputFolder;
 use crate::image::whole::WholeFile;
-use crate::image::write::{Sample, write_png};
+use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
 use crate::report::error_map::{error_map, mosaic};
 use crate::report::html;
@@ -82,17 +83,20 @@ impl Results {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    args.scene_args.refuse_later()?;
+    subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     let (rungs, skipped) = choose(&args.engines)?;
     let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &rungs)?;
     let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &rungs)?;
     let spec = args.unit.load()?;
-    let json_target = JsonTarget::open(args.json.as_deref())?;
     let settings = args.run.settings(&spec);
-    let mut files = match &args.out {
+    // The folder first: the JSON file may lie in it.
+    let files = match &args.out {
         None => None,
         Some(folder) => Some(OutFiles::create(folder, &rungs)?),
     };
+    let json_target = JsonTarget::open(args.json.as_deref())?;
     let subject = subject::load(&args.scene, &args.scene_args, &settings)?;
     if subject.scene.fragments.is_empty() {
         return Err(InputError::new(
@@ -109,13 +113,21 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     results.skipped = skipped;
     let value = to_json(args, &origin, &spec, &subject, &results);
     if !json_target.takes_stdout() {
-        print_tables(args, &spec, &subject, &results, &settings)?;
+        unless_closed(print_tables(args, &spec, &subject, &results, &settings))?;
     }
-    if let Some(files) = files.take() {
+    if let Some(files) = files {
         files.write(args, &origin, &results, &value)?;
     }
-    json_target.write(&value)?;
+    unless_closed(json_target.write(&value))?;
     judge(args, &results, &min_psnr, &max_lsb8)
+}
+
+/// A reader of stdout that has gone changes neither the files nor the verdict.
+fn unless_closed(result: Result<(), Failure>) -> Result<(), Failure> {
+    match result {
+        Err(Failure::Closed) => Ok(()),
+        other => other,
+    }
 }
 
 /// The engines asked for, in the ladder's order, and what is left out.
@@ -340,11 +352,12 @@ fn print_tables(
     let size = subject.map.size();
     writeln!(
         out,
-        "{} {}x{}, {} fragments; {env}, 6 faces of {size}x{size}; unit {}",
+        "{} {}x{}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
         args.scene,
         subject.scene.width,
         subject.scene.height,
         count(super::super::engine::to_u64(fragments)),
+        env!("CARGO_PKG_VERSION"),
         spec.hash()
     )?;
     let axis = if settings.reference_table.is_some() {
@@ -497,11 +510,13 @@ struct OutFiles {
     maps: Vec<(Rung, Rung, WholeFile)>,
     row: Option<WholeFile>,
     report: WholeFile,
+    /// Last, so that it is dropped after the temporaries in it.
+    folder: OutputFolder,
 }
 
 impl OutFiles {
     fn create(folder: &std::path::Path, rungs: &[Rung]) -> Result<Self, InputError> {
-        std::fs::create_dir_all(folder).map_err(|e| {
+        let made = OutputFolder::create(folder).map_err(|e| {
             InputError::new(
                 folder.display().to_string(),
                 "a folder that can be made",
@@ -534,6 +549,7 @@ impl OutFiles {
                 None
             },
             report: file("report.html".into())?,
+            folder: made,
         })
     }
 
@@ -553,26 +569,21 @@ impl OutFiles {
             write_png(&mut bytes, picture, exposure, attributes)?;
             Ok(bytes)
         };
-        let put = |mut file: WholeFile, bytes: &[u8]| -> Result<(), Failure> {
+        // All are written before the first gets its name.
+        let mut done = Vec::new();
+        let put = |mut file: WholeFile, bytes: &[u8]| -> Result<WholeFile, Failure> {
             use std::io::Write as _;
             file.write_with(|w| w.write_all(bytes))?;
-            file.commit()?;
-            Ok(())
+            Ok(file)
         };
         let mut images = Vec::new();
-        for (rung, exr, png_file) in self.engines {
+        for (rung, mut exr, png_file) in self.engines {
             let Some(r) = results.get(rung) else { continue };
             let attributes = origin.attributes(&format!("{} by {}", args.scene, rung.name()));
-            write_picture(
-                exr,
-                Kind::Exr,
-                &r.picture,
-                exposure,
-                &attributes,
-                Sample::Float,
-            )?;
+            exr.write_with(|w| write_exr(w, &r.picture, &attributes, Sample::Float))?;
+            done.push(exr);
             let bytes = png(&r.picture, exposure, &attributes)?;
-            put(png_file, &bytes)?;
+            done.push(put(png_file, &bytes)?);
             images.push((rung.name().to_string(), bytes));
         }
         for (a, b, file) in self.maps {
@@ -586,7 +597,7 @@ impl OutFiles {
                 0.0,
                 &origin.attributes(&format!("{}, difference {name}", args.scene)),
             )?;
-            put(file, &bytes)?;
+            done.push(put(file, &bytes)?);
             images.push((name, bytes));
         }
         if let (Some(file), Some(a), Some(b)) =
@@ -601,8 +612,14 @@ impl OutFiles {
                 ],
                 8,
             );
-            put(file, &png(&row, exposure, &origin.attributes(&args.scene))?)?;
+            let bytes = png(&row, exposure, &origin.attributes(&args.scene))?;
+            done.push(put(file, &bytes)?);
         }
-        put(self.report, html::page(value, &images).as_bytes())
+        done.push(put(self.report, html::page(value, &images).as_bytes())?);
+        for file in done {
+            file.commit()?;
+        }
+        self.folder.keep();
+        Ok(())
     }
 }

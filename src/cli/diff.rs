@@ -42,11 +42,37 @@ pub(super) struct Args {
     #[arg(long, value_name = "MIB", default_value_t = 512)]
     max_image_mb: u64,
     /// Fail (status 1) below this PSNR in dB.
-    #[arg(long, value_name = "DB")]
+    #[arg(long, value_name = "DB", allow_negative_numbers = true)]
     min_psnr: Option<f64>,
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    super::subject::check_exposure(args.exposure)?;
+    if let Some(least) = args.min_psnr
+        && !least.is_finite()
+    {
+        return Err(InputError::new(
+            "--min-psnr",
+            "a number of dB",
+            least.to_string(),
+            "write for instance --min-psnr 50",
+        )
+        .into());
+    }
+    for path in [&args.a, &args.b] {
+        if path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+        {
+            return Err(InputError::new(
+                path.display().to_string(),
+                "a picture",
+                "a result file, which this version does not compare",
+                "name two pictures",
+            )
+            .into());
+        }
+    }
     let target = JsonTarget::open(args.json.as_deref())?;
     let map_file = match &args.out {
         None => None,

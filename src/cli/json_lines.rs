@@ -1,19 +1,38 @@
 //! Trace lines: one JSON object a line, read strictly.
 
 use serde::de::{MapAccess, Visitor};
-use serde_json::Value;
+use serde_json::error::Category;
+use serde_json::value::RawValue;
 
 use crate::error::InputError;
 use crate::fragment::Fragment;
 
-/// A line as it came: keys in order, numbers as they were written.
+/// A line as it came: keys in order, values letter by letter.
 #[derive(Debug)]
 pub(super) struct Line {
     /// Keys and values but `out`.
-    pub(super) entries: Vec<(String, Value)>,
+    entries: Vec<(String, Box<RawValue>)>,
 }
 
-struct Entries(Vec<(String, Value)>);
+impl Line {
+    /// The line with `out` as its last key.
+    pub(super) fn with_out(&self, out: &serde_json::Map<String, serde_json::Value>) -> String {
+        let mut text = String::from("{");
+        for (key, value) in &self.entries {
+            // A string's `Display` as JSON escapes what must be escaped.
+            text.push_str(&serde_json::Value::from(key.as_str()).to_string());
+            text.push(':');
+            text.push_str(value.get());
+            text.push(',');
+        }
+        text.push_str("\"out\":");
+        text.push_str(&serde_json::Value::Object(out.clone()).to_string());
+        text.push('}');
+        text
+    }
+}
+
+struct Entries(Vec<(String, Box<RawValue>)>);
 
 impl<'de> serde::Deserialize<'de> for Entries {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -26,8 +45,8 @@ impl<'de> serde::Deserialize<'de> for Entries {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Entries, A::Error> {
-                let mut out: Vec<(String, Value)> = Vec::new();
-                while let Some((key, value)) = map.next_entry::<String, Value>()? {
+                let mut out: Vec<(String, Box<RawValue>)> = Vec::new();
+                while let Some((key, value)) = map.next_entry::<String, Box<RawValue>>()? {
                     if out.iter().any(|(k, _)| *k == key) {
                         return Err(serde::de::Error::custom(format!("the key `{key}` twice")));
                     }
@@ -65,19 +84,39 @@ pub(super) fn parse(
         None => format!("line {number}"),
     };
     let remedy = "docs/trace-lines.md shows the format";
+    if text.starts_with('\u{feff}') {
+        let found = "a byte-order mark";
+        return Err(InputError::new(
+            subject,
+            "one JSON object",
+            found,
+            "save the file without it",
+        )
+        .at(here(Some(1))));
+    }
     let Entries(mut entries) = serde_json::from_str(text).map_err(|e| {
         // serde_json appends its own position, which we print with the line of the file.
         let message = e.to_string();
-        let message = message.split(" at line ").next().unwrap_or("").to_string();
-        InputError::new(subject, "one JSON object", message, remedy).at(here(Some(e.column())))
+        let message = message.split(" at line ").next().unwrap_or("");
+        let message = message.trim_end_matches(", expected a JSON object");
+        let found = match e.classify() {
+            Category::Syntax => format!("text that is not JSON ({message})"),
+            Category::Eof => format!("an unfinished line ({message})"),
+            Category::Data | Category::Io => short(message),
+        };
+        InputError::new(subject, "one JSON object", found, remedy).at(here(Some(e.column().max(1))))
     })?;
     entries.retain(|(key, _)| key != "out");
-    let find = |key: &str| entries.iter().find(|(k, _)| k == key).map(|(_, v)| v);
+    let find = |key: &str| {
+        let entry = entries.iter().find(|(k, _)| k == key);
+        entry.map(|(_, value)| &**value)
+    };
     let error = |key: &str, expected: &str, found: String| {
         InputError::new(subject, expected, found, remedy).at(format!("{}, `{key}`", here(None)))
     };
     let wrong = |key: &str, expected: &str, found: String| Err(error(key, expected, found));
-    match find("op").and_then(Value::as_str) {
+    let op = find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
+    match op.as_deref() {
         Some("env") => {}
         Some(op @ ("hit" | "cone" | "tex")) => {
             return wrong(
@@ -91,7 +130,7 @@ pub(super) fn parse(
             return wrong(
                 "op",
                 "\"env\"",
-                find("op").map_or("nothing".into(), |v| short(&v.to_string())),
+                find("op").map_or("nothing".into(), |v| short(v.get())),
             );
         }
     }
@@ -138,28 +177,28 @@ pub(super) fn parse(
 }
 
 /// An array of `N` numbers; "inf", "-inf" and "nan" are numbers too.
-fn numbers<const N: usize>(value: &Value) -> Result<[f64; N], String> {
-    let Value::Array(items) = value else {
-        return Err(short(&value.to_string()));
-    };
-    let items: &[Value; N] = items
+fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
+    let items: Vec<&RawValue> =
+        serde_json::from_str(value.get()).map_err(|_| short(value.get()))?;
+    let items: &[&RawValue; N] = items
         .as_slice()
         .try_into()
         .map_err(|_| format!("an array of {}", items.len()))?;
     let mut out = [0.0; N];
     for (o, item) in out.iter_mut().zip(items) {
-        *o = match item {
-            // The literal's own text: beyond a double's range it becomes infinite.
-            Value::Number(n) => n.to_string().parse().map_err(|_| short(&n.to_string()))?,
-            Value::String(t) => match t.as_str() {
+        let text = item.get();
+        *o = if let Ok(word) = serde_json::from_str::<String>(text) {
+            match word.as_str() {
                 "inf" => f64::INFINITY,
                 "-inf" => f64::NEG_INFINITY,
                 "nan" => f64::NAN,
-                other => return Err(format!("\"{}\"", short(other))),
-            },
-            Value::Null | Value::Bool(_) | Value::Array(_) | Value::Object(_) => {
-                return Err(short(&item.to_string()));
+                _ => return Err(short(text)),
             }
+        } else if text.starts_with(|c: char| c == '-' || c.is_ascii_digit()) {
+            // A JSON number is one of Rust's; beyond a double's range it becomes infinite or zero.
+            text.parse().map_err(|_| short(text))?
+        } else {
+            return Err(short(text));
         };
     }
     Ok(out)

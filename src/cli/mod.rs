@@ -5,6 +5,7 @@ mod bounds;
 mod bump_file;
 mod compare;
 mod diff;
+mod interrupt;
 mod json_lines;
 mod output;
 mod progress;
@@ -21,6 +22,21 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::InputError;
+
+/// A word on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
+/// a closed stderr is no reason to stop.
+fn note(text: &str) {
+    use std::io::Write as _;
+    let mut line = String::from("tapline: ");
+    for c in text.chars() {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
 
 /// Why a command did not end with status 0.
 #[derive(Debug)]
@@ -122,6 +138,7 @@ fn later(name: &str, _: &Later) -> Result<(), Failure> {
 #[must_use]
 pub fn run() -> ExitCode {
     crate::image::install_quiet_panic_hook();
+    interrupt::install();
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Compare(args) => compare::run(args),
@@ -143,11 +160,11 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) | Err(Failure::Closed) => ExitCode::SUCCESS,
         Err(Failure::Disagrees(what)) => {
-            eprintln!("tapline: {what}");
+            note(&what);
             ExitCode::from(1)
         }
         Err(Failure::Input(error)) => {
-            eprintln!("tapline: {error}");
+            note(&error.to_string());
             ExitCode::from(2)
         }
     }

@@ -42,6 +42,8 @@ enum Depth {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    args.scene_args.refuse_later()?;
+    subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     if args.engine == Rung::Gpu {
         return Err(InputError::new(

@@ -10,20 +10,27 @@ use crate::scene::{self, SceneOptions};
 use crate::settings::Settings;
 use crate::truth::background;
 
+/// Refuses an exposure that no picture has a use for.
+pub(super) fn check_exposure(stops: f64) -> Result<(), InputError> {
+    if stops.abs() <= 64.0 {
+        return Ok(());
+    }
+    Err(InputError::new(
+        "--exposure",
+        "stops from -64 to 64",
+        stops.to_string(),
+        "0 shows linear 1 as white",
+    ))
+}
+
 /// Loads and builds what the flags ask for; warnings go to stderr.
 pub(super) fn load(
     name: &str,
     args: &SceneArgs,
     settings: &Settings,
 ) -> Result<Subject, InputError> {
-    if !(args.exposure.abs() <= 64.0) {
-        return Err(InputError::new(
-            "--exposure",
-            "stops from -64 to 64",
-            args.exposure.to_string(),
-            "0 shows linear 1 as white",
-        ));
-    }
+    args.refuse_later()?;
+    check_exposure(args.exposure)?;
     let bump = match &args.bump {
         None => None,
         Some(path) => Some(bump_file::load(path, args.bump_scale, args.max_image_mb)?),
@@ -45,7 +52,7 @@ pub(super) fn load(
             };
             let (map, cleaned) = load_environment(path, &options)?;
             if let Some(note) = cleaned.note(&path.display().to_string()) {
-                eprintln!("tapline: {note}");
+                super::note(&note);
             }
             map
         }

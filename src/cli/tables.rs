@@ -1,6 +1,7 @@
 //! `tables show NAME`: ROM contents, for people and for RTL.
 
 use std::io::Write as _;
+use std::path::PathBuf;
 
 use clap::{Subcommand, ValueEnum};
 use rtl_model::stages::Roms;
@@ -9,6 +10,7 @@ use serde_json::json;
 
 use super::Failure;
 use super::args::UnitArgs;
+use super::output::JsonTarget;
 use crate::engine::probe::decimal;
 use crate::error::InputError;
 use crate::unit::refused;
@@ -28,6 +30,9 @@ enum Action {
         /// How.
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
+        /// The table as JSON beside the other format; `-` is stdout, and nothing else goes there.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
         #[command(flatten)]
         unit: UnitArgs,
     },
@@ -61,7 +66,12 @@ const NAMES: [&str; 6] = [
 ];
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let Action::Show { name, format, unit } = &args.action;
+    let Action::Show {
+        name,
+        format,
+        json,
+        unit,
+    } = &args.action;
     let spec = unit.load()?;
     let roms = Roms::new(&spec.config).map_err(refused)?;
     let single = |rom: &rtl_model::tables::Rom| Rom {
@@ -91,10 +101,18 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             .into());
         }
     };
-    let mut out = std::io::stdout().lock();
+    let target = JsonTarget::open(json.as_deref())?;
     let version = env!("CARGO_PKG_VERSION");
     // One integer bit: every entry is at most 1, or 2 at the end of the square root's range.
     let width = rom.frac + 2;
+    let value = json!({
+        "version": version, "unit_hash": spec.hash(), "seed": 0, "table": name, "frac": rom.frac,
+        "columns": rom.columns, "rows": rom.rows,
+    });
+    if target.takes_stdout() {
+        return target.write(&value);
+    }
+    let mut out = std::io::stdout().lock();
     match format {
         Format::Text => {
             writeln!(
@@ -133,12 +151,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             }
         }
         Format::Json => {
-            let value = json!({
-                "version": version, "unit_hash": spec.hash(), "table": name, "frac": rom.frac,
-                "columns": rom.columns, "rows": rom.rows,
-            });
             writeln!(out, "{value}")?;
         }
     }
-    Ok(())
+    drop(out);
+    target.write(&value)
 }

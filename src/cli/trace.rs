@@ -25,7 +25,7 @@ pub(super) struct Args {
     /// Built-in scene, with --pixel; with --input it is where the texture comes from.
     pub(super) scene: Option<String>,
     /// Column and row of the picture.
-    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "scene")]
+    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "scene", allow_hyphen_values = true)]
     pub(super) pixel: Option<(u32, u32)>,
     /// Trace lines; `-` is standard input.
     #[arg(long, value_name = "FILE", conflicts_with = "pixel")]
@@ -192,6 +192,7 @@ impl Tracer {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    args.scene_args.refuse_later()?;
     args.run.prepare()?;
     if args.raw && args.engine == TraceEngine::F64 {
         return Err(InputError::new(
@@ -232,14 +233,18 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
     let reader: Box<dyn Read> = if input.as_os_str() == "-" {
         Box::new(std::io::stdin().lock())
     } else {
-        Box::new(std::fs::File::open(input).map_err(|e| {
+        let unreadable = |found: String| {
             InputError::new(
                 &subject,
                 "a readable file of trace lines",
-                e.to_string(),
+                found,
                 "check the path",
             )
-        })?)
+        };
+        if input.is_dir() {
+            return Err(unreadable("a folder".into()).into());
+        }
+        Box::new(std::fs::File::open(input).map_err(|e| unreadable(e.to_string()))?)
     };
     let face_size = args.scene_args.face_size.unwrap_or(DEFAULT_FACE);
     if !(1..=MAX_FACE).contains(&face_size) {
@@ -262,23 +267,24 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
             };
             let (map, cleaned) = load_environment(path, &options)?;
             if let Some(note) = cleaned.note(&path.display().to_string()) {
-                eprintln!("tapline: {note}");
+                super::note(&note);
             }
             Some(map)
         }
         (None, None) => None,
     };
-    eprintln!(
-        "tapline {}, unit {}, seed 0",
+    super::note(&format!(
+        "version {}, unit {}, seed 0",
         env!("CARGO_PKG_VERSION"),
         spec.hash()
-    );
+    ));
     let mut tracer = Tracer::new(args, spec, map, face_size)?;
     let mut reader = BufReader::new(reader);
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut bytes = Vec::new();
     let mut number = 0;
-    let result = loop {
+    let mut blank = None;
+    let result: Result<(), Failure> = loop {
         bytes.clear();
         number += 1;
         let read = match (&mut reader)
@@ -301,12 +307,24 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
             break Ok(());
         }
         match one(&mut tracer, &subject, number, &bytes) {
+            // Empty lines may end a file; between two objects one would shift what follows.
+            Ok(Some(_)) | Err(_) if blank.is_some() => {
+                let place = format!("line {}", blank.unwrap_or(number));
+                break Err(InputError::new(
+                    &subject,
+                    "one JSON object",
+                    "an empty line before others",
+                    "remove it",
+                )
+                .at(place)
+                .into());
+            }
             Ok(Some(line)) => {
                 if let Err(e) = writeln!(out, "{line}") {
                     break Err(e.into());
                 }
             }
-            Ok(None) => {}
+            Ok(None) => blank = blank.or(Some(number)),
             Err(e) => break Err(e.into()),
         }
         // A device on the other end of a pipe waits for its answer before it asks again.
@@ -314,8 +332,10 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
             out.flush()?;
         }
     };
-    out.flush()?;
-    result
+    let flushed = out.flush();
+    result?;
+    flushed?;
+    Ok(())
 }
 
 fn one(
@@ -323,7 +343,7 @@ fn one(
     subject: &str,
     number: usize,
     bytes: &[u8],
-) -> Result<Option<Value>, InputError> {
+) -> Result<Option<String>, InputError> {
     let fail = |expected: &str, found: &str| {
         Err(InputError::new(
             subject,
@@ -344,7 +364,5 @@ fn one(
     }
     let (line, fragment) = json_lines::parse(subject, number, text)?;
     let out = tracer.out(&fragment)?;
-    let mut object: Map<String, Value> = line.entries.into_iter().collect();
-    object.insert("out".into(), Value::Object(out));
-    Ok(Some(Value::Object(object)))
+    Ok(Some(line.with_out(&out)))
 }

@@ -81,7 +81,12 @@ pub(super) fn run(
         writeln!(out, "{}", Value::Object(object))?;
         return Ok(());
     }
-    writeln!(out, "{scene} pixel {x},{y}, unit {}", spec.hash())?;
+    writeln!(
+        out,
+        "{scene} pixel {x},{y}; tapline {}, unit {}, seed 0",
+        env!("CARGO_PKG_VERSION"),
+        spec.hash()
+    )?;
     let mut table = Table::new(&[
         ("register", Align::Left),
         ("rtl", Align::Left),

@@ -43,6 +43,9 @@ enum Action {
     Check {
         /// Unit file; the default unit if not given.
         file: Option<String>,
+        /// The result as JSON; `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
         #[command(flatten)]
         unit: UnitArgs,
     },
@@ -69,6 +72,24 @@ pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
     Ok(())
 }
 
+/// [`check`], with an error that names the file which the unit came from.
+pub(super) fn check_named(
+    spec: &UnitSpec,
+    file: Option<&str>,
+    sets: &[String],
+) -> Result<(), InputError> {
+    check(spec).map_err(|mut e| {
+        e.subject = match (file, sets) {
+            (Some("-"), []) => "standard input".into(),
+            (Some(file), []) => file.into(),
+            (Some(file), _) => format!("{file} with --set"),
+            (None, []) => e.subject,
+            (None, _) => "--set".into(),
+        };
+        e
+    })
+}
+
 fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<UnitSpec, InputError> {
     if let (Some(file), Some(other)) = (file, &unit.unit) {
         return Err(InputError::new(
@@ -86,18 +107,23 @@ fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<UnitSpec, InputError>
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
-        Action::Check { file, unit } => {
+        Action::Check { file, json, unit } => {
             let spec = merge(file.as_ref(), unit)?;
-            check(&spec)?;
-            let mut out = std::io::stdout().lock();
-            writeln!(
-                out,
-                "unit {}: {} register bits, {} table bits",
-                spec.hash(),
-                register_bits(&spec.config),
-                table_bits(&spec.config)?
-            )?;
-            Ok(())
+            let name = file.as_deref().or(unit.unit.as_deref());
+            check_named(&spec, name, &unit.sets)?;
+            let target = JsonTarget::open(json.as_deref())?;
+            let (registers, tables) = (register_bits(&spec.config), table_bits(&spec.config)?);
+            if !target.takes_stdout() {
+                let hash = spec.hash();
+                writeln!(
+                    std::io::stdout().lock(),
+                    "unit {hash}: {registers} register bits, {tables} table bits"
+                )?;
+            }
+            let mut root = Origin::new(&spec).json();
+            root.insert("register_bits".into(), json!(registers));
+            root.insert("table_bits".into(), json!(tables));
+            target.write(&serde_json::Value::Object(root))
         }
         Action::Show {
             file,

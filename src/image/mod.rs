@@ -19,6 +19,7 @@ pub mod mips;
 pub mod planar;
 pub mod quiet;
 pub mod srgb;
+pub mod temporary;
 pub mod whole;
 pub mod write;
 

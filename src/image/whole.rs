@@ -1,10 +1,10 @@
 //! Output files that appear whole or not at all.
 
+use super::temporary::Temporary;
 use crate::error::InputError;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use tempfile::TempPath;
 
 /// A file under construction: a temporary beside its final name, renamed by [`WholeFile::commit`]
 /// and removed when dropped without it.
@@ -15,7 +15,7 @@ use tempfile::TempPath;
 pub struct WholeFile {
     path: PathBuf,
     writer: BufWriter<File>,
-    temporary: Option<TempPath>,
+    temporary: Option<Temporary>,
 }
 
 impl WholeFile {
@@ -50,18 +50,8 @@ impl WholeFile {
         } else {
             folder
         };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".tapline-").suffix(".tmp");
-        // A temporary is private by default; the result should get the rights of any new file.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder
-            .tempfile_in(folder)
-            .map_err(|e| unwritable(&path, &e.to_string()))?;
-        let (file, temporary) = file.into_parts();
+        let (file, temporary) =
+            Temporary::create(folder).map_err(|e| unwritable(&path, &plain(&e)))?;
         Ok(Self {
             path,
             writer: BufWriter::new(file),
@@ -106,10 +96,16 @@ impl WholeFile {
         if let Some(temporary) = self.temporary {
             temporary
                 .persist(&self.path)
-                .map_err(|e| unwritable(&self.path, &e.error.to_string()))?;
+                .map_err(|e| unwritable(&self.path, &e.to_string()))?;
         }
         Ok(())
     }
+}
+
+/// The error without the temporary's name, which means nothing to a user.
+fn plain(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split(" at path ").next().unwrap_or("").to_string()
 }
 
 fn unwritable(path: &Path, found: &str) -> InputError {

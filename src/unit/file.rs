@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::UnitSpec;
-use super::knobs::Value;
+use super::knobs::{Value, unknown};
 use crate::error::InputError;
 
 /// Largest unit file that is read.
@@ -18,14 +18,18 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<UnitSpec, InputError>
         None => UnitSpec::default(),
         Some(name) => match name.strip_prefix("preset:") {
             Some(preset) => UnitSpec::preset(preset).ok_or_else(|| {
+                let found = match preset {
+                    "otk" => "`otk`, which this version does not build".into(),
+                    other => format!("`{other}`"),
+                };
                 InputError::new(
                     "--unit",
                     format!("a preset ({})", UnitSpec::PRESETS.join(", ")),
-                    format!("`{preset}`"),
+                    found,
                     "name one of them or a TOML file",
                 )
             })?,
-            None => from_toml(name, &read_text(Path::new(name))?)?,
+            None => from_toml(&self::name(Path::new(name)), &read_text(Path::new(name))?)?,
         },
     };
     for set in sets {
@@ -37,18 +41,23 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<UnitSpec, InputError>
                 "write for instance --set footprint.max_probes=8",
             ));
         };
-        spec.set(path.trim(), &parse_value(value.trim()))
-            .map_err(|mut e| {
-                e.subject = "--set".into();
-                e
-            })?;
+        let named = |mut e: InputError| {
+            e.subject = "--set".into();
+            e
+        };
+        spec.assign(path.trim(), &parse_value(value.trim()))
+            .map_err(named)?;
     }
+    spec.check_widths().map_err(|mut e| {
+        e.subject = "--set".into();
+        e
+    })?;
     Ok(spec)
 }
 
 fn read_text(path: &Path) -> Result<String, InputError> {
     use std::io::Read as _;
-    let subject = path.display().to_string();
+    let subject = name(path);
     let broken = |e: std::io::Error| {
         InputError::new(
             &subject,
@@ -57,17 +66,17 @@ fn read_text(path: &Path) -> Result<String, InputError> {
             "check the path, or use preset:default",
         )
     };
-    let mut text = String::new();
-    let size = if subject == "-" {
+    let mut bytes = Vec::new();
+    let size = if path.as_os_str() == "-" {
         std::io::stdin()
             .lock()
             .take(MAX_BYTES + 1)
-            .read_to_string(&mut text)
+            .read_to_end(&mut bytes)
     } else {
         std::fs::File::open(path)
             .map_err(broken)?
             .take(MAX_BYTES + 1)
-            .read_to_string(&mut text)
+            .read_to_end(&mut bytes)
     }
     .map_err(broken)?;
     if u64::try_from(size).unwrap_or(u64::MAX) > MAX_BYTES {
@@ -78,19 +87,43 @@ fn read_text(path: &Path) -> Result<String, InputError> {
             "check the path",
         ));
     }
-    Ok(text)
+    String::from_utf8(bytes).map_err(|e| {
+        let good = e.utf8_error().valid_up_to();
+        let before = e.as_bytes().get(..good).unwrap_or_default();
+        InputError::new(
+            &subject,
+            "UTF-8",
+            format!("the byte {:#04x}", e.as_bytes().get(good).unwrap_or(&0)),
+            "save the file as UTF-8",
+        )
+        .at(place(&String::from_utf8_lossy(before), good))
+    })
+}
+
+/// A unit file's name in messages.
+fn name(path: &Path) -> String {
+    if path.as_os_str() == "-" {
+        "standard input".into()
+    } else {
+        path.display().to_string()
+    }
 }
 
 /// A value as TOML has it, or else a bare literal.
 fn parse_value(text: &str) -> Value {
     let document = format!("x = {text}");
-    if let Ok(table) = DeTable::parse(&document)
+    if !text.contains(['\n', '\r'])
+        && let Ok(table) = DeTable::parse(&document)
         && let Some(value) = table.get_ref().get("x")
         && let Some(value) = convert(value.get_ref())
     {
         return value;
     }
-    Value::Text(text.into())
+    // TOML has no `.5` and no `5.`.
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() => Value::Float(x),
+        _ => Value::Text(text.into()),
+    }
 }
 
 fn convert(value: &DeValue<'_>) -> Option<Value> {
@@ -119,6 +152,8 @@ fn convert(value: &DeValue<'_>) -> Option<Value> {
 /// Reads a unit file; what it leaves out keeps its default.
 pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
     let mut spec = UnitSpec::default();
+    let mut known: Vec<String> = spec.knobs().into_iter().map(|k| k.path).collect();
+    known.push("tables.eigen.entries".into());
     let table = DeTable::parse(text).map_err(|e| {
         InputError::new(
             subject,
@@ -128,44 +163,111 @@ pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
         )
         .at(place(text, e.span().map_or(0, |s| s.start)))
     })?;
-    apply(&mut spec, subject, text, "", table.get_ref())?;
+    let mut reader = Reader {
+        spec: &mut spec,
+        subject,
+        text,
+        known,
+        seen: Vec::new(),
+    };
+    reader.table("", table.get_ref())?;
+    let seen = reader.seen;
+    spec.check_widths().map_err(|mut e| {
+        // The last line that sets a part of the register.
+        let register = format!("{}.", e.place.unwrap_or_default());
+        let line = seen.iter().filter(|(p, _)| p.starts_with(&register));
+        e.subject = subject.into();
+        e.place = line
+            .max_by_key(|(_, offset)| *offset)
+            .map(|(path, offset)| format!("{}, {path}", place(text, *offset)));
+        e
+    })?;
     Ok(spec)
 }
 
-fn apply(
-    spec: &mut UnitSpec,
-    subject: &str,
-    text: &str,
-    prefix: &str,
-    table: &DeTable<'_>,
-) -> Result<(), InputError> {
-    for (key, value) in table {
-        let path = if prefix.is_empty() {
-            key.get_ref().to_string()
-        } else {
-            format!("{prefix}.{}", key.get_ref())
-        };
-        let here = place(text, value.span().start);
-        if let DeValue::Table(inner) = value.get_ref() {
-            apply(spec, subject, text, &path, inner)?;
-            continue;
-        }
-        let Some(value) = convert(value.get_ref()) else {
-            return Err(InputError::new(
-                subject,
-                "a number, a literal or an array of numbers",
-                "another type",
-                "see `tapline unit show`",
-            )
-            .at(format!("{here}, {path}")));
-        };
-        spec.set(&path, &value).map_err(|mut e| {
-            e.subject = subject.into();
-            e.place = Some(format!("{here}, {path}"));
-            e
-        })?;
+/// What a unit file is read into.
+struct Reader<'a> {
+    spec: &'a mut UnitSpec,
+    subject: &'a str,
+    text: &'a str,
+    /// Every legal path.
+    known: Vec<String>,
+    /// Paths that were set and where.
+    seen: Vec<(String, usize)>,
+}
+
+impl Reader<'_> {
+    fn fail<T>(&self, offset: usize, path: &str, mut error: InputError) -> Result<T, InputError> {
+        error.subject = self.subject.into();
+        error.place = Some(format!("{}, {path}", place(self.text, offset)));
+        Err(error)
     }
-    Ok(())
+
+    fn table(&mut self, prefix: &str, table: &DeTable<'_>) -> Result<(), InputError> {
+        for (key, value) in table {
+            let path = if prefix.is_empty() {
+                key.get_ref().to_string()
+            } else {
+                format!("{prefix}.{}", key.get_ref())
+            };
+            let inside = format!("{path}.");
+            if let DeValue::Table(inner) = value.get_ref() {
+                // An unknown table is wrong even if it is empty; with keys in it, a key is named.
+                if inner.is_empty() && !self.known.iter().any(|k| k.starts_with(&inside)) {
+                    return self.fail(key.span().start, &path, unknown(&path));
+                }
+                self.table(&path, inner)?;
+                continue;
+            }
+            if self.known.iter().any(|k| k.starts_with(&inside)) {
+                let found = "a single value";
+                let error = InputError::new("", "a table", found, "see `tapline unit show`");
+                return self.fail(value.span().start, &path, error);
+            }
+            if !self.known.contains(&path) {
+                return self.fail(key.span().start, &path, unknown(&path));
+            }
+            let Some(converted) = convert(value.get_ref()) else {
+                let error = InputError::new(
+                    "",
+                    "a number, a literal or an array of numbers",
+                    described(value.get_ref()),
+                    "see `tapline unit show`",
+                );
+                return self.fail(value.span().start, &path, error);
+            };
+            if let Err(e) = self.spec.assign(&path, &converted) {
+                return self.fail(value.span().start, &path, e);
+            }
+            self.seen.push((path, value.span().start));
+        }
+        let twice = ["eigen.entries", "tables.eigen.entries"]
+            .iter()
+            .all(|name| self.seen.iter().any(|(path, _)| path == name));
+        if twice && let Some((_, offset)) = self.seen.last() {
+            let error = InputError::new(
+                "",
+                "`eigen.entries` or its other name `tables.eigen.entries`",
+                "both",
+                "remove one",
+            );
+            return self.fail(*offset, "eigen.entries", error);
+        }
+        Ok(())
+    }
+}
+
+/// What a value is, where it is nothing that a unit has.
+fn described(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::Integer(n) => format!("{}, which is too large", n.as_str()),
+        DeValue::Float(x) => x.as_str().into(),
+        DeValue::Boolean(b) => b.to_string(),
+        DeValue::String(_) => "a string".into(),
+        DeValue::Datetime(_) => "a date".into(),
+        DeValue::Array(_) => "an array of something else".into(),
+        DeValue::Table(_) => "a table".into(),
+    }
 }
 
 /// "line L, column C" of a byte offset.

@@ -290,19 +290,20 @@ impl UnitSpec {
 
     /// Sets a knob. The error names the path, what it takes and what was given.
     pub fn set(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        self.assign(path, value)?;
+        self.check_widths()
+    }
+
+    /// [`UnitSpec::set`] without the check of a register's width, which may be too large between the
+    /// settings of its two parts.
+    pub(super) fn assign(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
         let path = if path == "tables.eigen.entries" {
             "eigen.entries"
         } else {
             path
         };
         let wrong = |expected: &str| {
-            Err(InputError::new(
-                "unit",
-                expected,
-                value.to_string(),
-                "see `tapline unit show`",
-            )
-            .at(path))
+            Err(InputError::new("unit", expected, shown(value), "see `tapline unit show`").at(path))
         };
         let c = &mut self.config;
         macro_rules! literal {
@@ -321,7 +322,7 @@ impl UnitSpec {
         }
         let whole = |low: u32, high: u32| match value {
             Value::Integer(n) => u32::try_from(*n).ok().filter(|n| (low..=high).contains(n)),
-            _ => None,
+            Value::Float(_) | Value::Text(_) | Value::Numbers(_) => None,
         };
         macro_rules! number {
             ($target:expr, $low:expr, $high:expr) => {
@@ -349,7 +350,9 @@ impl UnitSpec {
                     self.set_scale(f64::from(whole(0, 8).unwrap_or(0)));
                     Ok(())
                 }
-                _ => wrong("a number from 0 to 8"),
+                Value::Integer(_) | Value::Float(_) | Value::Text(_) | Value::Numbers(_) => {
+                    wrong("a number from 0 to 8")
+                }
             },
             "roughness.interpolate" => {
                 literal!(RoughnessInterpolation, self.roughness_interpolation)
@@ -380,7 +383,9 @@ impl UnitSpec {
                         "nine numbers row by row whose rows are orthonormal to 2^-10 and turn right-handed",
                     ),
                 },
-                _ => wrong("an array of nine numbers, row by row"),
+                Value::Integer(_) | Value::Float(_) | Value::Text(_) => {
+                    wrong("an array of nine numbers, row by row")
+                }
             },
             _ => self.set_nested(path, value),
         }
@@ -388,17 +393,11 @@ impl UnitSpec {
 
     fn set_nested(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
         let wrong = |expected: String| {
-            Err(InputError::new(
-                "unit",
-                expected,
-                value.to_string(),
-                "see `tapline unit show`",
-            )
-            .at(path))
+            Err(InputError::new("unit", expected, shown(value), "see `tapline unit show`").at(path))
         };
         let whole = |high: u32| match value {
             Value::Integer(n) => u32::try_from(*n).ok().filter(|n| *n <= high),
-            _ => None,
+            Value::Float(_) | Value::Text(_) | Value::Numbers(_) => None,
         };
         let parts: Vec<&str> = path.split('.').collect();
         match parts.as_slice() {
@@ -460,24 +459,28 @@ impl UnitSpec {
                     ("overflow", _) => return wrong(names(Overflow::ALL, Overflow::name)),
                     _ => return Err(unknown(path)),
                 }
-                self.check_width(reg, path)
+                Ok(())
             }
             _ => Err(unknown(path)),
         }
     }
 
-    fn check_width(&self, reg: Reg, path: &str) -> Result<(), InputError> {
-        let format: Format = self.config.format(reg);
-        if format.magnitude_bits() <= 58 {
-            return Ok(());
+    /// The first register with more bits than the model has room for.
+    pub(super) fn check_widths(&self) -> Result<(), InputError> {
+        for reg in Reg::ALL {
+            let format: Format = self.config.format(*reg);
+            if format.magnitude_bits() > 58 {
+                let info = reg.info();
+                return Err(InputError::new(
+                    "unit",
+                    "int + frac of at most 58 bits",
+                    format.magnitude_bits().to_string(),
+                    "shorten the register",
+                )
+                .at(format!("registers.{}.{}", info.stage, info.name)));
+            }
         }
-        Err(InputError::new(
-            "unit",
-            "int + frac of at most 58 bits",
-            format.magnitude_bits().to_string(),
-            "shorten the register",
-        )
-        .at(path))
+        Ok(())
     }
 
     /// The value of a knob.
@@ -495,6 +498,15 @@ impl UnitSpec {
     }
 }
 
+/// A value as a message shows it: its beginning.
+fn shown(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
 /// Nine numbers as a rotation: `Some(None)` for the identity, `None` if they are no rotation.
 fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     let rows: Vec<[f64; 3]> = v
@@ -509,8 +521,8 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     for i in 0..3 {
         for j in 0..3 {
             let expected = if i == j { 1.0 } else { 0.0 };
-            // Not a NaN either.
-            if !((dot(a[i], a[j]) - expected).abs() <= slack) {
+            let error = (dot(a[i], a[j]) - expected).abs();
+            if error.is_nan() || error > slack {
                 return None;
             }
         }
@@ -528,7 +540,8 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     Some((!identity).then_some(a))
 }
 
-fn unknown(path: &str) -> InputError {
+/// The error for a path that no unit of this version has.
+pub(super) fn unknown(path: &str) -> InputError {
     let later = ["hit", "cone", "surface_footprint", "ray_cone"];
     let head = path.split('.').next().unwrap_or("");
     let stage = path

@@ -1,0 +1,279 @@
+//! Commands, flags, exit statuses, JSON keys.
+
+mod cli_support;
+
+use cli_support::tapline;
+use serde_json::Value;
+
+const SMALL: [&str; 4] = ["compare", "sphere", "--size", "24x24"];
+
+fn compare(more: &[&str]) -> cli_support::Ran {
+    let mut args = SMALL.to_vec();
+    args.extend(more);
+    tapline(&args)
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+#[test]
+fn commands_of_later_versions_say_so_whatever_follows() {
+    for args in [
+        &["gpu"][..],
+        &["gpu", "list"],
+        &["study", "merge", "--json", "-", "--help"],
+        &["vectors", "gen", "eigen", "--level", "1"],
+        &["vectors", "--", "-x"],
+        &["size", "sphere", "--max-lsb8", "1"],
+        &["impostor"],
+        &["conform", "--unit", "x"],
+        &["budget"],
+        &["fingerprint", "--adapter"],
+    ] {
+        tapline(args).refused(&[args[0], "not built yet"]);
+    }
+    for flag in ["--mesh", "--distance"] {
+        for args in [
+            &["compare", "sphere", flag, "x"][..],
+            &[
+                "render", "sphere", "--engine", "rtl", "-o", "x.png", flag, "x",
+            ],
+            &["compare", flag],
+        ] {
+            tapline(args).refused(&[flag, "not built yet"]);
+        }
+    }
+}
+
+#[test]
+fn usage_errors_have_status_2_and_name_what_is_wrong() {
+    for (args, part) in [
+        (&["compar"][..], "'compare'"),
+        (
+            &["compare", "nosuch"],
+            "sphere, cylinder, parabola, scratches, waves",
+        ),
+        (&["compare", "--engines", "gpu"], "not built"),
+        (&["compare", "--engines", "xx"], "rtl, gpu, f64, ewa, truth"),
+        (&["compare", "--size", "0x5"], "WIDTHxHEIGHT"),
+        (&["compare", "--size", "-1x5"], "WIDTHxHEIGHT"),
+        (&["compare", "--size", "16385x1"], "16384"),
+        (&["compare", "--size", "1000000x1000000"], "16384"),
+        (
+            &["compare", "--size", "99999999999999999999x1"],
+            "WIDTHxHEIGHT",
+        ),
+        (&["compare", "sphere", "--size", "2x0"], "WIDTHxHEIGHT"),
+        (&["compare", "sphere", "--size", "1x4096"], "no fragment"),
+        (&["compare", "--exposure", "nan"], "--exposure"),
+        (&["compare", "--exposure", "1e9"], "--exposure"),
+        (&["compare", "--threads", "-1"], "--threads"),
+        (&["compare", "--threads", "2000"], "1024"),
+        (&["compare", "--samples", "3"], "--samples"),
+        (&["compare", "--face-size", "0"], "--face-size"),
+        (&["compare", "--face-size", "-4"], "--face-size"),
+        (&["compare", "--face-size", "17000"], "--face-size"),
+        (&["compare", "--bump-scale", "3"], "--bump"),
+        (&["compare", "--max-image-mb", "-1"], "--max-image-mb"),
+        (&["compare", "--adapter", "x"], "--adapter"),
+        (&["compare", "--env", "none.exr"], "none.exr"),
+        (&["compare", "--env", "."], "directory"),
+        (&["compare", "--min-psnr", "rtl:f64"], "rtl:f64=50"),
+        (&["compare", "--min-psnr", "rtl:f64=nan"], "rtl:f64=50"),
+        (&["compare", "--min-psnr", "rtl:gpu=5"], "gpu"),
+        (
+            &["compare", "--engines", "rtl", "--max-lsb8", "rtl:f64=5"],
+            "f64",
+        ),
+        (
+            &["render", "sphere", "--engine", "rtl", "-o", "x.gif"],
+            ".png",
+        ),
+        (
+            &["render", "sphere", "--engine", "gpu", "-o", "x.png"],
+            "not built",
+        ),
+        (&["tables", "show", "foo"], "recip"),
+        (&["diff", "a.json", "b.json"], "result file"),
+        (
+            &["diff", "a.png", "b.png", "--min-psnr", "nan"],
+            "--min-psnr",
+        ),
+    ] {
+        let ran = tapline(args);
+        ran.refused(&[part]);
+        assert_eq!(ran.stdout, "", "{args:?}");
+    }
+}
+
+#[test]
+fn compare_json_has_the_keys_that_scripts_rely_on() {
+    let value = compare(&["--samples", "4", "--json", "-"]).done().json();
+    for key in [
+        "version",
+        "unit_hash",
+        "seed",
+        "scene",
+        "size",
+        "unit",
+        "engines",
+        "pairs",
+        "registers",
+        "flags",
+        "skipped",
+        "adapter",
+    ] {
+        assert!(value.get(key).is_some(), "{key}");
+    }
+    assert_eq!(value["scene"], "sphere");
+    assert_eq!(value["size"], serde_json::json!([24, 24]));
+    assert_eq!(value["unit"]["footprint"]["max_probes"], 16);
+    assert_eq!(keys(&value["engines"]), ["rtl", "f64", "ewa", "truth"]);
+    for engine in value["engines"].as_object().unwrap().values() {
+        for key in [
+            "seconds",
+            "fragments_per_second",
+            "texels_per_fragment",
+            "probes_per_fragment",
+        ] {
+            assert!(engine[key].as_f64().unwrap().is_finite(), "{key}");
+        }
+    }
+    let pairs: Vec<_> = value["pairs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| (p["a"].as_str().unwrap(), p["b"].as_str().unwrap()))
+        .collect();
+    assert_eq!(pairs, [("rtl", "f64"), ("f64", "ewa"), ("ewa", "truth")]);
+    for key in ["psnr_db", "max_abs", "rmse", "rel_mse", "share_over_1_lsb8"] {
+        assert!(value["pairs"][0][key].is_number(), "{key}");
+    }
+    let register = &value["registers"][0];
+    assert_eq!(
+        keys(register),
+        ["stage", "register", "worst_lsb", "mean_lsb", "pixel"]
+    );
+    assert_eq!(value["skipped"][0]["engine"], "gpu");
+    assert!(value["skipped"][0]["why"].is_string());
+    assert!(value["adapter"].is_null());
+}
+
+#[test]
+fn engines_come_in_the_order_of_the_ladder_however_they_are_named() {
+    let value = compare(&["--engines", "ewa,rtl", "--json", "-"])
+        .done()
+        .json();
+    assert_eq!(keys(&value["engines"]), ["rtl", "ewa"]);
+    assert_eq!(value["pairs"][0]["a"], "rtl");
+    assert_eq!(value["pairs"][0]["b"], "ewa");
+    assert_eq!(value["registers"], serde_json::json!([]));
+    assert_eq!(value["skipped"], serde_json::json!([]));
+}
+
+#[test]
+fn bounds_decide_between_status_0_and_1() {
+    let run = |flag: &str, bound: &str| compare(&["--engines", "rtl,f64", flag, bound]);
+    run("--min-psnr", "rtl:f64=20").done();
+    run("--min-psnr", "f64:rtl=20").done();
+    run("--max-lsb8", "rtl:f64=255").done();
+    for (flag, bound) in [
+        ("--min-psnr", "rtl:f64=500"),
+        ("--max-lsb8", "rtl:f64=0.0001"),
+    ] {
+        let ran = run(flag, bound);
+        assert_eq!(ran.status, Some(1), "{ran:?}");
+        assert!(ran.stderr.contains("rtl - f64"), "{}", ran.stderr);
+        assert!(ran.stdout.contains("PSNR"));
+    }
+}
+
+#[test]
+fn a_pair_without_any_difference_has_no_psnr() {
+    // Seen from its focus the parabola sends every ray the same way.
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("a.exr");
+    let path = picture.to_str().unwrap();
+    tapline(&[
+        "render", "sphere", "--engine", "rtl", "-o", path, "--size", "16x16",
+    ])
+    .done();
+    let value = tapline(&["diff", path, path, "--json", "-"]).done().json();
+    assert!(value["pairs"][0]["psnr_db"].is_null());
+    tapline(&["diff", path, path, "--min-psnr", "200"]).done();
+}
+
+#[test]
+fn every_command_that_prints_a_table_has_it_as_json() {
+    for args in [
+        &["scenes"][..],
+        &["unit", "show"],
+        &["unit", "check"],
+        &["tables", "show", "eigen"],
+    ] {
+        let mut with = args.to_vec();
+        with.extend(["--json", "-"]);
+        let value = tapline(&with).done().json();
+        assert!(value["version"].is_string(), "{args:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("x.json");
+        let mut with = args.to_vec();
+        with.extend(["--json", file.to_str().unwrap()]);
+        assert!(!tapline(&with).done().stdout.is_empty());
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), value);
+        with.pop();
+        with.push("none/x.json");
+        tapline(&with).refused(&["none/x.json"]);
+    }
+}
+
+#[test]
+fn the_number_of_threads_and_repetition_change_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut pictures = Vec::new();
+    for (i, threads) in ["1", "2", "2", "3"].into_iter().enumerate() {
+        let out = folder.path().join(i.to_string());
+        compare(&[
+            "--samples",
+            "4",
+            "--threads",
+            threads,
+            "--out",
+            out.to_str().unwrap(),
+        ])
+        .done();
+        let mut files = cli_support::names(&out);
+        files.retain(|f| f != "report.html");
+        assert_eq!(files.len(), 4 * 2 + 3 + 1, "{files:?}");
+        let bytes: Vec<_> = files
+            .iter()
+            .map(|f| std::fs::read(out.join(f)).unwrap())
+            .collect();
+        pictures.push((files, bytes));
+    }
+    assert!(pictures.windows(2).all(|w| w[0] == w[1]));
+}
+
+#[test]
+fn a_reader_that_leaves_changes_neither_verdict_nor_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = cli_support::command()
+        .args(SMALL)
+        .args(["--engines", "rtl,f64", "--min-psnr", "rtl:f64=500", "--out"])
+        .arg(folder.path().join("o"))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(folder.path().join("o/report.html").exists());
+}
