@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::UnitSpec;
-use super::knobs::Value;
+use super::knobs::{Value, register};
 use crate::error::InputError;
 
 /// Largest unit file that is read.
@@ -128,16 +128,33 @@ pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
         )
         .at(place(text, e.span().map_or(0, |s| s.start)))
     })?;
-    apply(&mut spec, subject, text, "", table.get_ref())?;
+    let mut set = Vec::new();
+    apply(&mut spec, subject, text, "", table.get_ref(), &mut set)?;
+    // A register's width follows from two keys, whatever their order: it is checked at the end.
+    for (path, here) in set {
+        if let Some(reg) = register(&path) {
+            spec.check_width(reg, &path)
+                .map_err(|e| placed(e, subject, &here, &path))?;
+        }
+    }
     Ok(spec)
 }
 
+/// The error with the file's name and the place in it.
+fn placed(mut error: InputError, subject: &str, here: &str, path: &str) -> InputError {
+    error.subject = subject.into();
+    error.place = Some(format!("{here}, {path}"));
+    error
+}
+
+/// Sets what a table holds; `set` collects the paths with their places.
 fn apply(
     spec: &mut UnitSpec,
     subject: &str,
     text: &str,
     prefix: &str,
     table: &DeTable<'_>,
+    set: &mut Vec<(String, String)>,
 ) -> Result<(), InputError> {
     for (key, value) in table {
         let path = if prefix.is_empty() {
@@ -147,7 +164,7 @@ fn apply(
         };
         let here = place(text, value.span().start);
         if let DeValue::Table(inner) = value.get_ref() {
-            apply(spec, subject, text, &path, inner)?;
+            apply(spec, subject, text, &path, inner, set)?;
             continue;
         }
         let Some(value) = convert(value.get_ref()) else {
@@ -159,11 +176,9 @@ fn apply(
             )
             .at(format!("{here}, {path}")));
         };
-        spec.set(&path, &value).map_err(|mut e| {
-            e.subject = subject.into();
-            e.place = Some(format!("{here}, {path}"));
-            e
-        })?;
+        spec.set_alone(&path, &value)
+            .map_err(|e| placed(e, subject, &here, &path))?;
+        set.push((path, here));
     }
     Ok(())
 }

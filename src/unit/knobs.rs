@@ -290,6 +290,21 @@ impl UnitSpec {
 
     /// Sets a knob. The error names the path, what it takes and what was given.
     pub fn set(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        let before = register(path).map(|reg| (reg, self.config.format(reg)));
+        self.set_alone(path, value)?;
+        let Some((reg, format)) = before else {
+            return Ok(());
+        };
+        self.check_width(reg, path).inspect_err(|_| {
+            // What is refused leaves the unit as it was.
+            if let Some(slot) = self.config.formats.get_mut(reg.index()) {
+                *slot = format;
+            }
+        })
+    }
+
+    /// Sets a knob without a look at the knobs beside it: a register's width is not checked.
+    pub(super) fn set_alone(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
         let path = if path == "tables.eigen.entries" {
             "eigen.entries"
         } else {
@@ -460,13 +475,14 @@ impl UnitSpec {
                     ("overflow", _) => return wrong(names(Overflow::ALL, Overflow::name)),
                     _ => return Err(unknown(path)),
                 }
-                self.check_width(reg, path)
+                Ok(())
             }
             _ => Err(unknown(path)),
         }
     }
 
-    fn check_width(&self, reg: Reg, path: &str) -> Result<(), InputError> {
+    /// Refuses a register of more than 58 bits without the sign, as an error at `path`.
+    pub(super) fn check_width(&self, reg: Reg, path: &str) -> Result<(), InputError> {
         let format: Format = self.config.format(reg);
         if format.magnitude_bits() <= 58 {
             return Ok(());
@@ -493,6 +509,12 @@ impl UnitSpec {
             .find(|k| k.path == path)
             .map(|k| k.value)
     }
+}
+
+/// The register that a path belongs to.
+pub(super) fn register(path: &str) -> Option<Reg> {
+    let mut parts = path.strip_prefix("registers.")?.split('.');
+    Reg::find(parts.next()?, parts.next()?)
 }
 
 /// Nine numbers as a rotation: `Some(None)` for the identity, `None` if they are no rotation.
