@@ -49,7 +49,10 @@ fn hold(cases: &[(String, [f64; 2])]) {
         }
     }
     assert!(!cases.is_empty(), "nothing was compared");
-    assert!(missed.is_empty(), "below {EXACT_DB} dB or {TABLE_DB} dB: {missed:#?}");
+    assert!(
+        missed.is_empty(),
+        "below {EXACT_DB} dB or {TABLE_DB} dB: {missed:#?}"
+    );
 }
 
 #[test]

@@ -30,7 +30,12 @@ fn pictures_of_every_scene_have_the_golden_hashes() {
                 if engine.rung() == tapline::engine::Rung::Rtl {
                     let twin = seen.contains(&hash);
                     // D = 0 leaves nothing for the angle table or the scale to change.
-                    assert_eq!(twin, preset == "schilling" && info.name == "parabola", "{preset} {}", info.name);
+                    assert_eq!(
+                        twin,
+                        preset == "schilling" && info.name == "parabola",
+                        "{preset} {}",
+                        info.name
+                    );
                     seen.push(hash);
                 }
                 let name = engine.rung().name();

@@ -46,11 +46,17 @@ fn batch<const N: usize>(
 /// 100 fragments of a scene at random, and their colours traced one by one.
 fn sample(fragments: usize, random: &mut Random) -> Vec<usize> {
     (0..100)
-        .map(|_| usize::try_from(random.bits() % u64::try_from(fragments).unwrap_or(1)).unwrap_or(0))
+        .map(|_| {
+            usize::try_from(random.bits() % u64::try_from(fragments).unwrap_or(1)).unwrap_or(0)
+        })
         .collect()
 }
 
-fn traced(unit: &Unit, texture: &Texture, fragment: &Fragment) -> (BTreeMap<(Reg, usize), (i64, i64)>, Results<1>) {
+fn traced(
+    unit: &Unit,
+    texture: &Texture,
+    fragment: &Fragment,
+) -> (BTreeMap<(Reg, usize), (i64, i64)>, Results<1>) {
     let (mut lanes, out) = batch::<1>(unit, texture, std::slice::from_ref(fragment));
     (lanes.0.remove(0), out)
 }
@@ -121,8 +127,18 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
                 block(*level, &engine.unit, words, Some(&engine.texture), &mut out);
                 for (lane, fragment) in chunk.iter().enumerate() {
                     let (_, alone) = traced(&engine.unit, &engine.texture, fragment);
-                    let here = (out.color[lane], out.probes[lane], out.texels[lane], out.flags[lane]);
-                    let there = (alone.color[0], alone.probes[0], alone.texels[0], alone.flags[0]);
+                    let here = (
+                        out.color[lane],
+                        out.probes[lane],
+                        out.texels[lane],
+                        out.flags[lane],
+                    );
+                    let there = (
+                        alone.color[0],
+                        alone.probes[0],
+                        alone.texels[0],
+                        alone.flags[0],
+                    );
                     assert_eq!(here, there, "{} at {level:?}: {fragment:?}", info.name);
                 }
             }
@@ -138,7 +154,12 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
         let subject = rtl_support::subject(info.name, 64, &spec);
         let engine = rtl_support::engine(&spec, &subject);
         let all = &subject.scene.fragments;
-        assert!(all.len() > 2 * 16 * LANES, "{}: {} fragments", info.name, all.len());
+        assert!(
+            all.len() > 2 * 16 * LANES,
+            "{}: {} fragments",
+            info.name,
+            all.len()
+        );
         let words: Vec<Words> = all.iter().map(|f| words(&f.fragment)).collect();
         let mut colors = Vec::new();
         let (mut probes, mut texels, mut flags) = (0, 0, FlagCounts::default());
@@ -146,7 +167,9 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
             let mut ports = Ports::<1>::default();
             engine.unit.load(&mut ports, words, &mut NoTap);
             let mut out = Results::<1>::default();
-            engine.unit.env(&ports, Some(&engine.texture), &mut out, &mut NoTap);
+            engine
+                .unit
+                .env(&ports, Some(&engine.texture), &mut out, &mut NoTap);
             colors.push(out.color[0]);
             probes += out.probes[0].unsigned_abs();
             texels += out.texels[0];
@@ -159,7 +182,11 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
                 .build()
                 .expect("a pool of threads");
             let filtered = pool.install(|| engine.filter(&words, &|_| {}));
-            assert_eq!(filtered.colors, colors, "{} with {threads} threads", info.name);
+            assert_eq!(
+                filtered.colors, colors,
+                "{} with {threads} threads",
+                info.name
+            );
             assert_eq!((filtered.probes, filtered.texels), (probes, texels));
             assert_eq!(filtered.flags, flags);
         }

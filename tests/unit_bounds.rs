@@ -10,13 +10,16 @@ use reference_support::{Random, cross, dot, scaled, sum};
 use rtl_model::fx::Rounding;
 use rtl_model::policy::{Axis, Minor};
 use rtl_model::regs::Reg;
+use rtl_model::stages::{Sink, address};
+use rtl_model::texture::Texels;
 use rtl_model::unit::Needs;
-use rtl_model::Unit;
+use rtl_model::unit::{Ports, Results};
+use rtl_model::{Texture, Unit};
 use rtl_support::Traced;
-use tapline::engine::encode::needs;
-use tapline::engine::probe::{RtlProbe, rtl};
+use tapline::engine::encode::{needs, texture, words};
+use tapline::engine::probe::{RtlProbe, rtl, to_f64};
 use tapline::fragment::Fragment;
-use tapline::reference::{Env, NoTap, Prepared, env};
+use tapline::reference::{Env, Prepared, env};
 use tapline::settings::Settings;
 use tapline::unit::bounds::{Bound, bounds};
 use tapline::unit::{ReferenceAxis, UnitSpec};
@@ -44,7 +47,10 @@ impl Case<'_> {
 
     /// Notes `error` against `bound`, which belongs to row `name`.
     fn check(&mut self, name: &'static str, error: f64, bound: f64, about: &Fragment) {
-        assert!(error <= bound, "{name}: {error:e} > {bound:e} for {about:?}");
+        assert!(
+            error <= bound,
+            "{name}: {error:e} > {bound:e} for {about:?}"
+        );
         if bound > 0.0 {
             let worst = self.worst.0.entry(name).or_default();
             *worst = worst.max(error / bound);
@@ -116,9 +122,17 @@ fn own_lambda(t: &Traced, [a, b, c]: [f64; 3]) -> [f64; 2] {
 fn direction_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
     let bumped = f.h.is_some();
     let names = if bumped {
-        ["cube_face.u, v, bumped", "jacobian.d, bumped, factor", "jacobian.d, bumped, absolute"]
+        [
+            "cube_face.u, v, bumped",
+            "jacobian.d, bumped, factor",
+            "jacobian.d, bumped, absolute",
+        ]
     } else {
-        ["cube_face.u, v", "jacobian.d, factor", "jacobian.d, absolute"]
+        [
+            "cube_face.u, v",
+            "jacobian.d, factor",
+            "jacobian.d, absolute",
+        ]
     };
     let (Some(uv), Some(factor), Some(absolute)) =
         (case.row(names[0]), case.row(names[1]), case.row(names[2]))
@@ -141,13 +155,19 @@ fn direction_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
 
 /// B' of the reference: what K holds beyond D Dᵀ, entry by entry, in doubles.
 fn factor_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, theirs: &[f64]) {
-    let (Some(factor), Some(absolute), Some(d)) =
-        (case.row("roughness.b, factor"), case.row("roughness.b, absolute"), f.rough)
-    else {
+    let (Some(factor), Some(absolute), Some(d)) = (
+        case.row("roughness.b, factor"),
+        case.row("roughness.b, absolute"),
+        f.rough,
+    ) else {
         return;
     };
     for (i, want) in theirs.iter().enumerate() {
-        let size = if i % 2 == 0 { d[0].abs() } else { d[1].abs() + d[2].abs() };
+        let size = if i % 2 == 0 {
+            d[0].abs()
+        } else {
+            d[1].abs() + d[2].abs()
+        };
         let error = (t.value(Reg::RoughB, i) - want).abs();
         case.check("roughness.b, factor", error, factor * size + absolute, f);
     }
@@ -160,14 +180,23 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
         for (i, want) in k.iter().enumerate() {
             // The doubles' own error on top: 8 roundings.
             let slack = 8.0 * f64::EPSILON * trace;
-            case.check("covariance.k", (t.value(Reg::CovK, i) - want).abs(), share * trace + slack, f);
+            case.check(
+                "covariance.k",
+                (t.value(Reg::CovK, i) - want).abs(),
+                share * trace + slack,
+                f,
+            );
         }
     }
     let lambda = own_lambda(t, k);
     for (i, name) in ["eigen.lambda 1", "eigen.lambda 2"].into_iter().enumerate() {
         if let Some(share) = case.row(name) {
             // √(8·2⁻⁵²) where the plain form cancels.
-            let slack = if i == 1 && f.rough.is_some() { 5e-8 } else { 1e-14 };
+            let slack = if i == 1 && f.rough.is_some() {
+                5e-8
+            } else {
+                1e-14
+            };
             let error = (t.value(Reg::EigenLambda, i) - lambda[i]).abs();
             case.check(name, error, (share + slack) * lambda[0], f);
         }
@@ -177,7 +206,12 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
         let half = f64::from(FACE) / 2.0;
         let m = (lambda[1] * half).max(1.0).max(lambda[0] * half * cap);
         let lod = libm::log2(m).clamp(0.0, 8.0);
-        case.check("footprint.lod", (t.value(Reg::FootLod, 0) - lod).abs(), bound + 1e-6, f);
+        case.check(
+            "footprint.lod",
+            (t.value(Reg::FootLod, 0) - lod).abs(),
+            bound + 1e-6,
+            f,
+        );
     }
     if let Some(bound) = case.row("eigen.axis") {
         let [a, b, c] = [0, 1, 2].map(|i| t.value(Reg::CovK, i));
@@ -190,6 +224,45 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
         let turn = (ours - angle).rem_euclid(std::f64::consts::PI);
         let error = turn.min(std::f64::consts::PI - turn);
         case.check("eigen.axis", error, bound + 1e-12, f);
+    }
+}
+
+/// K, λ against the float reference: what the error of D brings, and the stages' own on top.
+fn compounded(case: &Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
+    let (Some(factor), Some(absolute)) = (
+        case.row("jacobian.d, factor"),
+        case.row("jacobian.d, absolute"),
+    ) else {
+        return;
+    };
+    let size = exact.k[0] + exact.k[2];
+    if f.h.is_some() || size == 0.0 || t.out.face != exact.face {
+        return;
+    }
+    let mut square = 0.0;
+    for (dv, dn) in [(f.dv_dx, f.dn_dx), (f.dv_dy, f.dn_dy)] {
+        let terms = norm(dv) / norm(f.v) + 2.0 * norm(dn) / norm(f.n);
+        let entry = factor * terms + absolute;
+        square += 2.0 * entry * entry;
+    }
+    let eta = square.sqrt() / size.sqrt();
+    let brought = 2.0 * eta + eta * eta;
+    if let Some(k) = case.row("covariance.k") {
+        for i in 0..3 {
+            let error = (t.value(Reg::CovK, i) - exact.k[i]).abs();
+            assert!(
+                error <= (brought + k * (1.0 + brought) + 1e-9) * size,
+                "K of {f:?}"
+            );
+        }
+    }
+    for (i, name) in ["eigen.lambda 1", "eigen.lambda 2"].into_iter().enumerate() {
+        if let Some(share) = case.row(name) {
+            let turned = std::f64::consts::SQRT_2 * eta;
+            let error = (t.value(Reg::EigenLambda, i) - exact.lambda[i]).abs();
+            let most = turned + share * (1.0 + turned) + 1e-7;
+            assert!(error <= most * exact.lambda[0], "{name} of {f:?}");
+        }
     }
 }
 
@@ -218,7 +291,6 @@ fn hold(spec: &UnitSpec, seed: u64, count: usize, worst: &mut Worst) -> usize {
         let t = Traced { out, probe };
         let mut theirs = tapline::engine::probe::FloatProbe::default();
         let exact = env(&prepared, &f, 256, None, &mut theirs);
-        debug_assert!(env(&prepared, &f, 256, None, &mut NoTap) == exact);
         if !t.out.flags.is_empty() {
             continue;
         }
@@ -229,6 +301,7 @@ fn hold(spec: &UnitSpec, seed: u64, count: usize, worst: &mut Worst) -> usize {
         };
         if t.out.face == exact.face {
             direction_rows(&mut case, &f, &t, &exact);
+            compounded(&case, &f, &t, &exact);
             factor_rows(&mut case, &f, &t, theirs.get(Reg::RoughB));
         }
         ellipse_rows(&mut case, &f, &t, spec);
@@ -250,7 +323,10 @@ fn no_bound_of_the_default_unit_is_vacuous() {
             loose.push(name);
         }
     }
-    assert!(loose.is_empty(), "bounds above 64 times the worst error: {loose:?}");
+    assert!(
+        loose.is_empty(),
+        "bounds above 64 times the worst error: {loose:?}"
+    );
 }
 
 /// A unit whose words, roundings, tables and λ2 rule are drawn at random around the default's.
@@ -291,7 +367,7 @@ fn random_unit(seed: u64) -> UnitSpec {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 10,
+        cases: 40,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]
@@ -314,11 +390,119 @@ fn shorter_words_widen_the_bounds_they_enter() {
     let after = bounds(&spec.config);
     assert_eq!(before.len(), after.len());
     for (a, b) in before.iter().zip(&after) {
-        assert!(b.bound >= a.bound, "{}: {} then {}", a.name, a.bound, b.bound);
+        assert!(
+            b.bound >= a.bound,
+            "{}: {} then {}",
+            a.name,
+            a.bound,
+            b.bound
+        );
         assert!(a.bound.is_finite() && !a.holds.is_empty());
     }
     // Policies that a row does not fit leave it out.
     spec.config.axis = Axis::LongerDerivative;
     let names: Vec<&str> = bounds(&spec.config).iter().map(|b| b.name).collect();
     assert!(!names.contains(&"eigen.axis") && !names.contains(&"eigen.lambda 2"));
+}
+
+/// The colour of a fragment from its own addresses and LOD, in doubles, with unrounded weights.
+fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> ([f64; 3], f64) {
+    let config = &spec.config;
+    let frac = |reg: Reg| i32::try_from(config.format(reg).frac).expect("a short register");
+    let mut ports = Ports::<1>::default();
+    unit.load(&mut ports, &words(f), &mut RtlProbe::default());
+    let mut out = Results::<1>::default();
+    let front = unit.front(&ports, &mut out.flags, &mut RtlProbe::default());
+    let request = unit.request(&front, 0);
+    let cfg = address::Cfg::new(config).expect("the unit was built");
+    let lod = to_f64(request.lod, frac(Reg::FootLod));
+    let last = texture.levels.len() - 1;
+    let first = (0..=last).rev().find(|l| as_f64(*l) <= lod).unwrap_or(0);
+    let part = if first == last {
+        0.0
+    } else {
+        lod - as_f64(first)
+    };
+    let Texels::Wide(texels) = &texture.texels else {
+        panic!("a widened texture");
+    };
+    let texel_frac = i32::try_from(config.texel_frac).expect("at most 24");
+    let (mut color, mut most) = ([0.0; 3], 0.0f64);
+    for k in 0..request.line.count {
+        let mut probe = RtlProbe::default();
+        let mut sink = Sink {
+            lane: 0,
+            flags: &mut out.flags[0],
+            tap: &mut probe,
+        };
+        let at = address::address(&cfg, &unit.roms, &request.line, k, &mut sink);
+        for (l, share) in [(first, 1.0 - part), ((first + 1).min(last), part)] {
+            let level = &texture.levels[l];
+            let size = i64::try_from(level.size).expect("a small face");
+            let taps = cfg.taps(&at, size, 0, &mut sink);
+            let s = [0, 1].map(|i| sink.tap.get(Reg::AddrS)[i].value());
+            let [x, y] = s.map(|s| s - s.floor());
+            for (i, j, weight) in [
+                (0, 0, (1.0 - x) * (1.0 - y)),
+                (1, 0, x * (1.0 - y)),
+                (0, 1, (1.0 - x) * y),
+                (1, 1, x * y),
+            ] {
+                let [tx, ty] = taps.corner;
+                let texel = texels.get(level.index(at.face, tx + i, ty + j));
+                for (c, sum) in color.iter_mut().enumerate() {
+                    let value = to_f64(texel.map_or(0, |t| t[c]), texel_frac);
+                    most = most.max(value);
+                    *sum += share * weight * value / to_f64(request.line.count, 0);
+                }
+            }
+        }
+    }
+    (color, most)
+}
+
+fn as_f64(n: usize) -> f64 {
+    f64::from(u32::try_from(n).unwrap_or(u32::MAX))
+}
+
+#[test]
+fn colours_are_within_their_bound_of_the_exact_filter_at_their_own_addresses() {
+    let mut narrow = UnitSpec::default();
+    narrow.config.weight_bits = 5;
+    narrow.config.lod_bits = 4;
+    narrow.config.formats[Reg::FilterColor.index()].frac = 12;
+    let map = reference_support::noise(64, 8);
+    for spec in [UnitSpec::default(), narrow] {
+        let rows = bounds(&spec.config);
+        let row = |name: &str| rows.iter().find(|b| b.name == name).expect("a row").bound;
+        let texture = texture(&spec.config, &map).expect("a texture");
+        let wide = texture.widened();
+        let mut random = Random::new(21);
+        let (mut worst, mut count) = (0.0f64, 0);
+        for index in 0..600 {
+            let f = Fragment {
+                h: None,
+                bump: None,
+                rough: None,
+                ..fragment(&mut random, index)
+            };
+            let unit = Unit::new(&spec.config, needs(&f), 64).expect("a unit");
+            let mut probe = RtlProbe::default();
+            rtl(&unit, &spec.config, &f, Some(&texture), &mut probe);
+            let (exact, most) = own_color(&spec, &unit, &wide, &f);
+            let bound = row("filter.color, factor") * most + row("filter.color, absolute");
+            for (code, want) in probe.get(Reg::FilterColor).iter().zip(exact) {
+                // 64 sums of four terms in doubles.
+                let error = (code.value() - want).abs();
+                assert!(error <= bound + 1e-13, "{error:e} > {bound:e}: {f:?}");
+                worst = worst.max(error / bound);
+                count += 1;
+            }
+        }
+        eprintln!(
+            "filter.color: bound is {:.1} times the worst error of {count}",
+            1.0 / worst
+        );
+        assert!(worst > 1.0 / 64.0, "a vacuous bound");
+    }
 }

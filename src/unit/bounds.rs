@@ -82,7 +82,10 @@ fn table(spec: TableSpec, binades: u32, d: [f64; 3], entry: f64) -> f64 {
     let (curve, weight) = match spec.order {
         0 => (h / 2.0 * d[0], 1.0),
         1 => (h * h / 8.0 * d[1], 1.0),
-        _ => (d[2] / 6.0 * (h * h * h / 8.0) * (2.0 / (3.0 * SQRT_3)), 1.25),
+        _ => (
+            d[2] / 6.0 * (h * h * h / 8.0) * (2.0 / (3.0 * SQRT_3)),
+            1.25,
+        ),
     };
     curve + weight * entry * power(spec.frac + 1) + power(28)
 }
@@ -221,9 +224,7 @@ impl Facing {
         let recip = (1.0 + t.recip) * (1.0 + w.block(Reg::FaceInvMa)) - 1.0;
         Self {
             inv: (1.0 + recip) / (1.0 - ma) - 1.0,
-            uv: before
-                + recip * (1.0 + before)
-                + w.fixed(Reg::FaceU).max(w.fixed(Reg::FaceV)),
+            uv: before + recip * (1.0 + before) + w.fixed(Reg::FaceU).max(w.fixed(Reg::FaceV)),
         }
     }
 }
@@ -236,16 +237,13 @@ fn derivatives(w: &Words<'_>, i: &Inputs, f: &Facing) -> [f64; 2] {
     let grown = grown + w.fixed(Reg::ReflectNdotN).max(w.fixed(Reg::ReflectNdotV));
     let share = grown - 1.0 + i.dn[0] * grown;
     let port = w.vector(Reg::JacDvDx).max(w.vector(Reg::JacDvDy));
-    let absolute = (port + 2.0 * i.dn[1]) * grown
-        + 2.0 * dots * (1.0 + i.n.max(i.v))
-        + w.vector(Reg::JacDvr);
+    let absolute =
+        (port + 2.0 * i.dn[1]) * grown + 2.0 * dots * (1.0 + i.n.max(i.v)) + w.vector(Reg::JacDvr);
     // p = ∂sc − u·∂ma is at most √2·|∂v_r|, then divided by |ma| ≥ |v||n|²/√3.
     let grow = 1.0 + f.inv;
     [
         SQRT_6 * f.inv + grow * (SQRT_6 * share + SQRT_3 * f.uv * (1.0 + share)),
-        grow * (SQRT_6 * absolute
-            + SQRT_3 * f.uv * absolute
-            + SQRT_3 * w.fixed(Reg::JacNumerator))
+        grow * (SQRT_6 * absolute + SQRT_3 * f.uv * absolute + SQRT_3 * w.fixed(Reg::JacNumerator))
             + w.fixed(Reg::JacD),
     ]
 }
@@ -259,16 +257,12 @@ fn factors(w: &Words<'_>, i: &Inputs, frame: &Frame, f: &Facing) -> [f64; 2] {
         + 2.0
             * (1.0 + e)
             * (1.0 + i.n.max(i.v))
-            * (w.fixed(Reg::ReflectNdotV)
-                + w.fixed(Reg::RoughVdotE)
-                + w.fixed(Reg::RoughNdotE))
+            * (w.fixed(Reg::ReflectNdotV) + w.fixed(Reg::RoughVdotE) + w.fixed(Reg::RoughNdotE))
         + w.vector(Reg::RoughDvr);
     let grow = 1.0 + f.inv;
     let most = 2.0 * SQRT_6;
     let entry = most * f.inv
-        + grow
-            * SQRT_3
-            * (SQRT_2 * t + f.uv * (2.0 + t) + 2.0 * w.fixed(Reg::RoughNumerator))
+        + grow * SQRT_3 * (SQRT_2 * t + f.uv * (2.0 + t) + 2.0 * w.fixed(Reg::RoughNumerator))
         + w.fixed(Reg::RoughE);
     [
         entry * scale + (most + entry) * power(21),
@@ -331,10 +325,7 @@ fn axis(w: &Words<'_>, t: &TableErrors) -> Option<(f64, &'static str)> {
             ))
         }
         Axis::EigenExact => {
-            let least = libm::ldexp(
-                0.25,
-                i32::try_from(w.0.format(Reg::CovK).int).unwrap_or(0),
-            );
+            let least = libm::ldexp(0.25, i32::try_from(w.0.format(Reg::CovK).int).unwrap_or(0));
             // (|c − a| + root, 2b) is at least the root long; 30-bit components and 1/√x.
             let root = t.sqrt + 256.0 * w.fixed(Reg::EigenRoot) / least;
             Some((
@@ -355,7 +346,9 @@ fn lod(w: &Words<'_>, t: &TableErrors, e: &Ellipse) -> f64 {
         Count::Feline => (f64::from(c.max_probes) + 1.0) / 2.0,
     };
     // m ≥ 1 is λ2·N/2, where M ≤ most·m; or 1; or M/most.
-    let word = w.fixed(Reg::FootWidth) + w.fixed(Reg::FootLength) + power(8 + c.format(Reg::FootLength).frac);
+    let word = w.fixed(Reg::FootWidth)
+        + w.fixed(Reg::FootLength)
+        + power(8 + c.format(Reg::FootLength).frac);
     let m = e.lambda[0].max(most * e.lambda[1]) + word;
     -libm::log2(1.0 - m.min(0.999_999)) + t.log2 + w.fixed(Reg::FootLod)
 }
@@ -423,7 +416,11 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
                 d[0],
                 "times T = |∂v|/|v| + 2|∂n|/|n_mod|, plus the next row; as the row before",
             );
-            add("jacobian.d, bumped, absolute", d[1], "beside the row before");
+            add(
+                "jacobian.d, bumped, absolute",
+                d[1],
+                "beside the row before",
+            );
             add(
                 "roughness.b, factor",
                 b[0],
