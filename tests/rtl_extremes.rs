@@ -8,51 +8,18 @@
 mod reference_support;
 mod rtl_support;
 
-use reference_support::{PLAIN, Random, map, noise, plain};
+use reference_support::{PLAIN, Random, noise, plain};
 use rtl_model::regs::Reg;
-use rtl_model::stages::{Roms, Sink, address};
-use rtl_model::unit::{Ports, Results};
-use rtl_model::{NoTap, Unit};
-use rtl_support::{Traced, trace};
-use tapline::cube::{CubeLevel, CubeMap};
+use rtl_model::stages::Roms;
+use rtl_support::{Traced, bound, lod, near, straight, trace};
 use tapline::engine::encode;
-use tapline::engine::probe::FloatProbe;
 use tapline::fragment::Fragment;
-use tapline::image::Cleaned;
-use tapline::reference::{Prepared, env};
 use tapline::scene::pyramid::factors;
-use tapline::unit::bounds::bounds;
+use tapline::unit::UnitSpec;
 use tapline::unit::knobs::Value;
-use tapline::unit::{ReferenceAxis, UnitSpec};
 
 fn run(f: &Fragment) -> Traced {
     trace(&UnitSpec::default(), f, 256, None)
-}
-
-fn bound(name: &str) -> f64 {
-    let all = bounds(&UnitSpec::default().config);
-    all.iter().find(|b| b.name == name).unwrap().bound
-}
-
-/// D = [[p, q], [r, s]] seen straight on: v = n = +z, where D = (2∂n_x, −2∂n_y).
-fn straight([[p, q], [r, s]]: [[f64; 2]; 2]) -> Fragment {
-    Fragment {
-        dn_dx: [p / 2.0, -r / 2.0, 0.0],
-        dn_dy: [q / 2.0, -s / 2.0, 0.0],
-        ..PLAIN
-    }
-}
-
-fn lod(t: &Traced) -> f64 {
-    t.value(Reg::FootLod, 0)
-}
-
-#[track_caller]
-fn near(found: f64, want: f64, slack: f64) {
-    assert!(
-        (found - want).abs() <= slack,
-        "{found}, not {want} ± {slack:e}"
-    );
 }
 
 /// The registers of the back end as values, and the face.
@@ -208,10 +175,7 @@ fn extreme_no_reflected_direction_is_face_plus_z_without_derivatives() {
             assert_eq!(t.values(Reg::CovK), [0.0; 3]);
             assert_eq!((t.out.probes, lod(&t)), (1, 0.0));
             assert!(t.flagged("cube_face.zero"));
-            assert_eq!(
-                t.flagged("local_frame.parallel"),
-                extra && n == [0.0; 3] || extra && n == [-0.0; 3]
-            );
+            assert_eq!(t.flagged("local_frame.parallel"), extra && n == [0.0; 3]);
         }
     }
 }
@@ -428,116 +392,6 @@ fn extreme_cube_corner_and_edge_exactly_and_one_ulp_to_each_side() {
 }
 
 #[test]
-fn extreme_a_probe_line_over_two_edges_wraps_and_keeps_a_constant() {
-    let spec = UnitSpec::default();
-    // λ1 = 4 about (u, v) = (0.9, −0.9) of +z along the diagonal: probes leave over +u and over −v.
-    let v = [0.9, 0.9, 1.0];
-    let f = Fragment {
-        v,
-        n: v,
-        dv_dx: [2.0, 0.125, 0.0],
-        dv_dy: [0.125, 2.0, 0.0],
-        ..PLAIN
-    };
-    let constant = map(16, |_, _, _| [0.75, 0.5, 3.0]);
-    let texture = encode::texture(&spec.config, &constant).unwrap();
-    let long = Fragment {
-        dv_dx: [3.0, -3.0, 0.0],
-        dv_dy: [0.0; 3],
-        ..f
-    };
-    for (f, edges) in [(f, 0), (long, 2)] {
-        let t = trace(&spec, &f, 16, Some(&texture));
-        assert_eq!(t.values(Reg::FilterColor), [0.75, 0.5, 3.0]);
-        if edges == 2 {
-            assert!(t.flagged("address.other_face"), "{:?}", t.out.flags);
-            let (u, w) = (t.values(Reg::AddrU), t.values(Reg::AddrV));
-            let over = |x: &[f64]| x.iter().any(|x| *x > 1.0) || x.iter().any(|x| *x < -1.0);
-            assert!(over(&u) && over(&w), "u {u:?}, v {w:?}");
-            assert!(t.out.probes > 8);
-            // The same plane positions as the float reference's.
-            let mut theirs = FloatProbe::default();
-            let settings = spec.settings(ReferenceAxis::Table);
-            env(&Prepared::new(&settings), &f, 16, None, &mut theirs);
-            let (tu, tv) = (theirs.get(Reg::AddrU), theirs.get(Reg::AddrV));
-            assert_eq!((tu.len(), tv.len()), (u.len(), w.len()));
-            // |λ1| < 8: u, v, the line's and the axis' words, λ1's relative error.
-            let slack = bound("cube_face.u, v") + 8.0 * (bound("eigen.lambda 1") + 1e-4);
-            for (a, b) in u.iter().zip(tu).chain(w.iter().zip(tv)) {
-                near(*a, *b, slack);
-            }
-        }
-    }
-}
-
-#[test]
-fn extreme_faces_of_one_texel_and_of_sizes_that_are_no_power_of_two() {
-    let spec = UnitSpec::default();
-    let mut random = Random::new(5);
-    for size in [1u32, 3, 5, 6, 100] {
-        let n = usize::try_from(size).unwrap();
-        let constant = map(n, |_, _, _| [0.25, 1.5, 65504.0]);
-        let texture = encode::texture(&spec.config, &constant).unwrap();
-        let last = f64::from(size.ilog2());
-        assert_eq!(
-            constant.levels.len(),
-            usize::try_from(size.ilog2()).unwrap() + 1
-        );
-        let mut widest = 0.0f64;
-        for _ in 0..100 {
-            let f = random.fragment();
-            let t = trace(&spec, &f, size, Some(&texture));
-            assert_eq!(t.values(Reg::FilterColor), [0.25, 1.5, 65504.0]);
-            assert!(lod(&t) <= last);
-            widest = widest.max(lod(&t));
-        }
-        assert_eq!(widest, last, "the chain's end is reached");
-    }
-}
-
-#[test]
-fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
-    let spec = UnitSpec::default();
-    let t = trace(&spec, &straight([[2.0, 0.0], [0.0, 0.0]]), 16384, None);
-    assert_eq!((t.out.probes, lod(&t)), (16, 10.0));
-    let t = trace(&spec, &straight([[60.0, 0.0], [0.0, 60.0]]), 16384, None);
-    assert_eq!((t.out.probes, lod(&t)), (1, 14.0));
-    assert!(t.out.flags.is_empty(), "{:?}", t.out.flags);
-    // Addresses without texels: u = k·2⁻¹² lies on a whole number of 16.8 codes.
-    let config = &spec.config;
-    let f = straight([[2.0, 0.0], [0.0, 0.0]]);
-    let unit = Unit::new(config, encode::needs(&f), 16384).unwrap();
-    let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &encode::words(&f), &mut NoTap);
-    let mut out = Results::<1>::default();
-    let front = unit.env(&ports, None, &mut out, &mut NoTap);
-    let line = unit.request(&front, 0).line;
-    let cfg = address::Cfg::new(config).unwrap();
-    let roms = Roms::new(config).unwrap();
-    for k in 0..16 {
-        let mut sink = Sink {
-            lane: 0,
-            flags: &mut out.flags[0],
-            tap: &mut NoTap,
-        };
-        let probe = address::address(&cfg, &roms, &line, k, &mut sink);
-        let taps = cfg.taps(&probe, 16384, 0, &mut sink);
-        // (u + 1)/2·N − ½ with u = ((k + ½)/16 − ½)·2: 1024k + 511.5, give or take λ1's last bits.
-        let column = f64::from(u32::try_from(taps.corner[0]).unwrap()) - 1.0;
-        let s = column + f64::from(u32::try_from(taps.weight[0]).unwrap()) / 256.0;
-        let slack =
-            16384.0 * bound("eigen.lambda 1") + 2.0 / 256.0 + 16384.0 * libm::ldexp(1.0, -22);
-        near(
-            s,
-            1024.0 * f64::from(u32::try_from(k).unwrap()) + 511.5,
-            slack,
-        );
-        assert_eq!(probe.face, 4);
-    }
-    assert!(out.flags[0].is_empty());
-}
-
-#[test]
 fn extreme_h_parallel_to_n_takes_the_axis_across_the_smallest_component() {
     for (n, h, want) in [
         ([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], [2.0, 0.0, 0.0]),
@@ -579,147 +433,5 @@ fn extreme_covariances_of_the_pyramid_make_finite_factors_and_no_flag() {
         let flat = d == [0.0; 3];
         assert_eq!(t.values(Reg::CovK) == [0.0; 3], flat);
         assert_eq!(t.out.probes == 1, flat, "rank one takes a line");
-    }
-}
-
-#[test]
-fn extreme_texels_are_cleaned_counted_and_kept_to_the_bit() {
-    let spec = UnitSpec::default();
-    let tiny = libm::ldexpf(1.0, -24);
-    let mut samples = [
-        65504.0,
-        tiny,
-        -1.0,
-        f32::NAN,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        -0.0,
-    ];
-    let raw = samples;
-    let mut cleaned = Cleaned::default();
-    cleaned.clean(&mut samples);
-    assert_eq!(samples, [65504.0, tiny, 0.0, 0.0, 65504.0, 0.0, 0.0]);
-    assert_eq!((cleaned.nan, cleaned.inf, cleaned.negative), (1, 2, 1));
-    // Cleaned or not, the unit's memory holds the same, and the colour is the texel.
-    for (raw, clean) in raw.into_iter().zip(samples) {
-        for texel in [raw, clean] {
-            let level = CubeLevel {
-                size: 1,
-                texels: vec![[texel; 3]; 6],
-            };
-            let map = CubeMap {
-                levels: vec![level],
-            };
-            let texture = encode::texture(&spec.config, &map).unwrap();
-            let t = trace(&spec, &plain([0.3, -0.2, 1.0]), 1, Some(&texture));
-            assert_eq!(t.values(Reg::FilterColor), [f64::from(clean); 3]);
-            assert!(!t.out.flags.iter().any(|f| f.contains("filter")));
-        }
-    }
-}
-
-/// Largest difference of two colours.
-fn jump(a: &Traced, b: &Traced) -> f64 {
-    let (a, b) = (a.values(Reg::FilterColor), b.values(Reg::FilterColor));
-    a.iter()
-        .zip(&b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
-}
-
-/// Fragments one unit in the last place apart on either side of what may be a jump.
-fn crossings(random: &mut Random, kind: &str) -> (Fragment, Fragment) {
-    let step = libm::ldexp(1.0, -21);
-    let tilt = |f: Fragment| {
-        // Away from the face's middle, so that texels differ along either axis.
-        let v = [0.3, -0.2, 1.0];
-        Fragment { v, n: v, ..f }
-    };
-    let inside = 0.9 * random.signed();
-    match kind {
-        "face seam" => {
-            let at = |t: f64| Fragment {
-                dv_dx: [0.02, 0.01, 0.0],
-                dv_dy: [0.0, 0.03, 0.01],
-                ..plain([1.0, inside, t])
-            };
-            (at(1.0 - step), at(1.0 + step))
-        }
-        "angle-table break" => {
-            // A long thin ellipse at half a bin: 45°/32 off u.
-            let turned = |angle: f64| {
-                let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-                let length = 0.3 + 0.2 * inside;
-                Fragment {
-                    dv_dx: [0.5 * length * cos, 0.5 * length * sin, 0.0],
-                    dv_dy: [-0.01 * sin, 0.01 * cos, 0.0],
-                    ..PLAIN
-                }
-            };
-            let half_bin = std::f64::consts::FRAC_PI_4 / 32.0;
-            (
-                tilt(turned(half_bin - 4.0 * step)),
-                tilt(turned(half_bin + 4.0 * step)),
-            )
-        }
-        "lambda 1 = lambda 2" => {
-            let at = |more: f64| Fragment {
-                dv_dx: [0.05 + 0.02 * inside + more, 0.0, 0.0],
-                dv_dy: [0.0, 0.05 + 0.02 * inside, 0.0],
-                ..PLAIN
-            };
-            (at(-step), at(step))
-        }
-        _ => {
-            // M/m at n + 2⁻⁸ with m = 4 texels of 128 a unit.
-            let n = 1.0 + (7.0 * inside.abs()).floor();
-            let at = |ulps: f64| {
-                let length = 4.0 * (n + libm::ldexp(1.0, -8)) + ulps * libm::ldexp(1.0, -12);
-                straight([[length / 128.0, 0.0], [0.0, 4.0 / 128.0]])
-            };
-            (at(0.0), at(1.0))
-        }
-    }
-}
-
-/// Prints the largest jumps of the colour across what a continuous filter would not notice: a finding
-/// about the algorithm, for docs/accuracy.md. Nothing is asserted but that both sides differ in their
-/// registers as intended.
-#[test]
-fn continuity_across_seams_breaks_and_counts_is_measured() {
-    let spec = UnitSpec::default();
-    let scene_map = tapline::image::build_mips(tapline::scene::environment::procedural(256));
-    let texture = encode::texture(&spec.config, &scene_map).unwrap();
-    println!("| crossing | largest jump | mean jump | in 8-bit steps of the largest |");
-    println!("|---|---|---|---|");
-    for kind in [
-        "face seam",
-        "angle-table break",
-        "lambda 1 = lambda 2",
-        "count to count + 1",
-    ] {
-        let mut random = Random::new(99);
-        let (mut worst, mut sum, mut crossed) = (0.0f64, 0.0, 0u32);
-        for _ in 0..200 {
-            let (f, g) = crossings(&mut random, kind);
-            let (a, b) = (
-                trace(&spec, &f, 256, Some(&texture)),
-                trace(&spec, &g, 256, Some(&texture)),
-            );
-            let there = match kind {
-                "face seam" => a.out.face != b.out.face,
-                "count to count + 1" => a.out.probes != b.out.probes,
-                _ => a.values(Reg::EigenAxis) != b.values(Reg::EigenAxis),
-            };
-            crossed += u32::from(there);
-            worst = worst.max(jump(&a, &b));
-            sum += jump(&a, &b);
-        }
-        assert!(crossed >= 100, "{kind}: only {crossed} of 200 crossed it");
-        println!(
-            "| {kind} | {worst:.6} | {:.6} | {:.2} |",
-            sum / 200.0,
-            255.0 * worst
-        );
     }
 }

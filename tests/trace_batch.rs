@@ -18,8 +18,11 @@ use tapline::fragment::Fragment;
 use tapline::scene::SCENES;
 use tapline::unit::UnitSpec;
 
-/// Every write of every lane: (register, component) to (raw, frac).
-struct Lanes(Vec<BTreeMap<(Reg, usize), (i64, i64)>>);
+/// A fragment's writes: (register, component) to (raw, frac).
+type Writes = BTreeMap<(Reg, usize), (i64, i64)>;
+
+/// Every write of every lane.
+struct Lanes(Vec<Writes>);
 
 impl Tap for Lanes {
     fn put(&mut self, lane: usize, reg: Reg, component: usize, raw: i64, frac: i64) {
@@ -43,7 +46,7 @@ fn batch<const N: usize>(
     (lanes, out)
 }
 
-/// 100 fragments of a scene at random, and their colours traced one by one.
+/// Indices of 100 fragments at random.
 fn sample(fragments: usize, random: &mut Random) -> Vec<usize> {
     (0..100)
         .map(|_| {
@@ -52,11 +55,7 @@ fn sample(fragments: usize, random: &mut Random) -> Vec<usize> {
         .collect()
 }
 
-fn traced(
-    unit: &Unit,
-    texture: &Texture,
-    fragment: &Fragment,
-) -> (BTreeMap<(Reg, usize), (i64, i64)>, Results<1>) {
+fn traced(unit: &Unit, texture: &Texture, fragment: &Fragment) -> (Writes, Results<1>) {
     let (mut lanes, out) = batch::<1>(unit, texture, std::slice::from_ref(fragment));
     (lanes.0.remove(0), out)
 }

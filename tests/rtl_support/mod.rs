@@ -20,6 +20,7 @@ use tapline::image::mips::build_mips;
 use tapline::scene::{SceneOptions, build};
 use tapline::settings::Settings;
 use tapline::truth::background;
+use tapline::unit::bounds::bounds;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 /// A scene with its own environment, or with `map`.
@@ -104,4 +105,39 @@ pub(crate) fn trace(
     let mut probe = RtlProbe::default();
     let out = rtl(&unit, &spec.config, fragment, texture, &mut probe);
     Traced { out, probe }
+}
+
+/// A bound of the default unit.
+pub(crate) fn bound(name: &str) -> f64 {
+    let all = bounds(&UnitSpec::default().config);
+    all.iter().find(|b| b.name == name).unwrap().bound
+}
+
+/// D = [[p, q], [r, s]] seen straight on: v = n = +z, where D = (2∂n_x, −2∂n_y).
+pub(crate) fn straight([[p, q], [r, s]]: [[f64; 2]; 2]) -> Fragment {
+    Fragment {
+        dn_dx: [p / 2.0, -r / 2.0, 0.0],
+        dn_dy: [q / 2.0, -s / 2.0, 0.0],
+        v: [0.0, 0.0, 1.0],
+        n: [0.0, 0.0, 1.0],
+        dv_dx: [0.0; 3],
+        dv_dy: [0.0; 3],
+        h: None,
+        bump: None,
+        rough: None,
+    }
+}
+
+/// The traced level of detail.
+pub(crate) fn lod(t: &Traced) -> f64 {
+    t.value(Reg::FootLod, 0)
+}
+
+/// Fails unless the two are within `slack`.
+#[track_caller]
+pub(crate) fn near(found: f64, want: f64, slack: f64) {
+    assert!(
+        (found - want).abs() <= slack,
+        "{found}, not {want} ± {slack:e}"
+    );
 }
