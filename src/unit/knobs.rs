@@ -290,8 +290,11 @@ impl UnitSpec {
 
     /// Sets a knob. The error names the path, what it takes and what was given.
     pub fn set(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        let before = self.config.formats;
         self.assign(path, value)?;
+        // What is refused leaves the unit as it was.
         self.check_widths()
+            .inspect_err(|_| self.config.formats = before)
     }
 
     /// [`UnitSpec::set`] without the check of a register's width, which may be too large between the

@@ -3,7 +3,7 @@
 
 use crate::common::{NEEDS, Record, Rng, any_config, any_words};
 use rtl_model::fx::{Overflow, Rounding};
-use rtl_model::unit::{Needs, Ports, Results, Unit, Words};
+use rtl_model::unit::{Needs, Ports, Results, State, Unit, Words};
 use rtl_model::{Config, Reg, Texture, texture::Source};
 
 /// A mip chain whose texels are any words.
@@ -54,7 +54,8 @@ fn run<const N: usize>(unit: &Unit, texture: Option<&Texture>, words: &[Words]) 
             unit.load(&mut ports, fragment, &mut record);
         }
         let mut results = Results::<N>::default();
-        unit.env(&ports, texture, &mut results, &mut record);
+        let mut state = State::default();
+        unit.env(&ports, texture, &mut state, &mut results, &mut record);
         for lane in 0..chunk.len() {
             out.registers.push(record.lane(lane));
             out.results.push((

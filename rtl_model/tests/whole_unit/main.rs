@@ -11,7 +11,7 @@ mod scale;
 
 use common::Record;
 use rtl_model::Texture;
-use rtl_model::unit::{Ports, Results, Unit, Words};
+use rtl_model::unit::{Ports, Results, State, Unit, Words};
 
 /// One fragment through a unit: its register writes and results.
 fn run_one(unit: &Unit, texture: Option<&Texture>, words: &Words) -> (Record, Results<1>) {
@@ -19,6 +19,7 @@ fn run_one(unit: &Unit, texture: Option<&Texture>, words: &Words) -> (Record, Re
     let mut ports = Ports::<1>::default();
     unit.load(&mut ports, words, &mut record);
     let mut results = Results::default();
-    unit.env(&ports, texture, &mut results, &mut record);
+    let mut state = State::default();
+    unit.env(&ports, texture, &mut state, &mut results, &mut record);
     (record, results)
 }
