@@ -3,6 +3,7 @@
 mod reference_support;
 
 use reference_support::{Random, scaled};
+use rtl_model::fx::Flags;
 use rtl_model::regs::Reg;
 use rtl_model::stages::{Sink, address};
 use rtl_model::texture::Texels;
@@ -41,7 +42,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
         let mut probe = RtlProbe::default();
         let mut sink = Sink {
             lane: 0,
-            flags: &mut out.flags[0],
+            flags: &mut Flags::default(),
             tap: &mut probe,
         };
         let at = address::address(&cfg, &unit.roms, &request.line, k, &mut sink);
