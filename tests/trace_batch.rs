@@ -173,9 +173,13 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
             let mut ports = Ports::<1>::default();
             engine.unit.load(&mut ports, words, &mut NoTap);
             let mut out = Results::<1>::default();
-            engine
-                .unit
-                .env(&ports, Some(&engine.texture), &mut out, &mut NoTap);
+            engine.unit.env(
+                &ports,
+                Some(&engine.texture),
+                &mut State::default(),
+                &mut out,
+                &mut NoTap,
+            );
             colors.push(out.color[0]);
             probes += out.probes[0].unsigned_abs();
             texels += out.texels[0];
