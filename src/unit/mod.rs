@@ -6,6 +6,7 @@
 pub mod bounds;
 pub mod file;
 pub mod knobs;
+mod set;
 
 use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
 use rtl_model::{Config, ConfigError};
