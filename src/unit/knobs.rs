@@ -8,6 +8,7 @@ use super::UnitSpec;
 use crate::policy::{
     Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
 };
+use crate::settings::IDENTITY;
 
 /// A value of a knob, as TOML has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -200,9 +201,7 @@ impl UnitSpec {
             false,
             "fraction bits of a decoded texel",
         );
-        let rotation = self
-            .rotation
-            .unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let rotation = self.rotation.unwrap_or(IDENTITY);
         add(
             "transform.rotation",
             Value::Numbers(rotation.concat()),

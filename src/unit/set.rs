@@ -11,6 +11,7 @@ use crate::error::InputError;
 use crate::policy::{
     Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
 };
+use crate::settings::IDENTITY;
 
 fn table<'a>(spec: &'a mut UnitSpec, name: &str) -> Option<&'a mut TableSpec> {
     let tables = &mut spec.config.tables;
@@ -258,7 +259,7 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
     if dot(cross, z) < 0.0 {
         return None;
     }
-    let identity = a == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let identity = a == IDENTITY;
     Some((!identity).then_some(a))
 }
 
