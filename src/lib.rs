@@ -16,6 +16,7 @@ pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod settings;
+pub mod srgb;
 pub mod stage;
 pub mod truth;
 pub mod unit;

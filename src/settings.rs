@@ -4,6 +4,9 @@ use crate::policy::{
     Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
 };
 
+/// The rotation that turns nothing, row by row.
+pub const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// The angle table as the float reference uses it under `--reference-axis table`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AngleTable {
@@ -58,7 +61,7 @@ impl Default for Settings {
             roughness_curvature: Curvature::default(),
             minor: Minor::default(),
             dnmod: Dnmod::default(),
-            rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            rotation: IDENTITY,
             reference_table: None,
         }
     }

@@ -16,10 +16,11 @@ use images_support::{COMPRESSIONS, Folder, encoding, exr_file, hdr_file, png_fil
 use std::io::Cursor;
 use std::path::Path;
 use tapline::image::{
-    EnvLayout, LoadOptions, Sample, WholeFile, load_planar, load_planar_levels, srgb_decode,
-    srgb_encode, write_exr, write_png,
+    EnvLayout, LoadOptions, Sample, WholeFile, load_planar, load_planar_levels, write_exr,
+    write_png,
 };
 use tapline::picture::Picture;
+use tapline::srgb::{srgb_decode, srgb_encode};
 
 #[test]
 fn every_exr_compression_and_sample_type_reads_what_was_written() {

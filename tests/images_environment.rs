@@ -10,7 +10,8 @@ mod images_support;
 use exr::prelude::{Compression, FlatSamples, LayerAttributes, attribute, f16};
 use images_support::{Folder, encoding, exr_file, png_file, ramp, rgb, simple_exr};
 use tapline::cube::{FACE_AXES, across_edge};
-use tapline::image::{Cleaned, LoadOptions, build_mips, load_environment, srgb_decode};
+use tapline::image::{Cleaned, LoadOptions, build_mips, load_environment};
+use tapline::srgb::srgb_decode;
 
 fn with_envmap(kind: attribute::EnvironmentMap) -> LayerAttributes {
     LayerAttributes {

@@ -12,8 +12,9 @@ use tapline::cube::{CubeLevel, FACE_NAMES, face_uv};
 use tapline::image::planar::Colour;
 use tapline::image::{
     Cleaned, EnvLayout, LoadOptions, Sample, load_environment, load_planar, load_planar_levels,
-    srgb_encode, write_exr,
+    write_exr,
 };
+use tapline::srgb::srgb_encode;
 
 /// The shared data, or nothing and a line on stderr.
 fn data(folder: &str) -> Option<PathBuf> {

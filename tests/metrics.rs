@@ -6,7 +6,7 @@
 
 use tapline::picture::Picture;
 use tapline::report::metrics::{compare, compare_with_flip};
-use tapline::report::srgb::srgb_decode;
+use tapline::srgb::srgb_decode;
 
 /// A picture of grey fragments with the given linear values.
 fn greys(width: usize, values: &[f64]) -> Picture {

@@ -1,15 +1,12 @@
 //! `compare`: the accuracy ladder of a scene, register errors, flags, speed, pictures.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-use rtl_model::regs::Reg;
-use rtl_model::unit::Needs;
-use serde_json::{Map, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
-use super::output::{JsonTarget, Origin, unit_json};
+use super::compare_files::OutFiles;
+use super::compare_tables::{print_tables, to_json};
+use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
@@ -17,14 +14,7 @@ use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::{Engine, Rendering, Rung, Subject};
 use crate::error::InputError;
-use crate::image::temporary::OutputFolder;
-use crate::image::whole::WholeFile;
-use crate::image::write::{Sample, write_exr, write_png};
-use crate::picture::Picture;
-use crate::report::error_map::{error_map, mosaic};
-use crate::report::html;
 use crate::report::metrics::{self, Pair};
-use crate::report::table::{Align, Table, count, fixed, optional, significant};
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;
@@ -33,7 +23,7 @@ use crate::unit::UnitSpec;
 pub(super) struct Args {
     /// Built-in scene; `tapline scenes` lists them.
     #[arg(default_value = "scratches")]
-    scene: String,
+    pub(super) scene: String,
     /// Engines, in any order: rtl, gpu, f64, ewa, truth. All that are there if not given.
     #[arg(long, value_delimiter = ',', value_enum)]
     engines: Vec<Rung>,
@@ -55,26 +45,31 @@ pub(super) struct Args {
     #[command(flatten)]
     unit: UnitArgs,
     #[command(flatten)]
-    scene_args: SceneArgs,
+    pub(super) scene_args: SceneArgs,
     #[command(flatten)]
     run: RunArgs,
 }
 
 /// Why an engine is not among the results.
-struct Skipped {
-    rung: Rung,
-    why: &'static str,
+pub(super) struct Skipped {
+    pub(super) rung: Rung,
+    pub(super) why: &'static str,
 }
 
-struct Results {
-    renderings: Vec<(Rung, Rendering)>,
-    pairs: Vec<(Rung, Rung, Pair)>,
-    registers: Option<RegisterErrors>,
-    skipped: Vec<Skipped>,
+/// What a run of the command found.
+pub(super) struct Results {
+    /// The engines that ran, in the ladder's order.
+    pub(super) renderings: Vec<(Rung, Rendering)>,
+    /// Each engine against the next.
+    pub(super) pairs: Vec<(Rung, Rung, Pair)>,
+    /// `rtl` against `f64`, where both ran.
+    pub(super) registers: Option<RegisterErrors>,
+    /// The engines that did not run.
+    pub(super) skipped: Vec<Skipped>,
 }
 
 impl Results {
-    fn get(&self, rung: Rung) -> Option<&Rendering> {
+    pub(super) fn get(&self, rung: Rung) -> Option<&Rendering> {
         self.renderings
             .iter()
             .find(|(r, _)| *r == rung)
@@ -187,15 +182,8 @@ fn render_all(
     settings: &Settings,
     subject: &Subject,
 ) -> Result<Results, Failure> {
-    let needs = subject.scene.fragments.first().map_or(
-        Needs {
-            bump: false,
-            rough: false,
-        },
-        |f| crate::engine::encode::needs(&f.fragment),
-    );
     let rtl = if rungs.contains(&Rung::Rtl) {
-        Some(RtlEngine::new(spec, needs, &subject.map)?)
+        Some(RtlEngine::new(spec, subject.needs(), &subject.map)?)
     } else {
         None
     };
@@ -249,210 +237,6 @@ fn render_all(
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts become rates")]
-fn per(total: u64, parts: usize) -> f64 {
-    total as f64 / parts.max(1) as f64
-}
-
-fn flags(results: &Results) -> BTreeMap<String, u64> {
-    results
-        .get(Rung::Rtl)
-        .map(|r| r.flags.clone())
-        .unwrap_or_default()
-}
-
-fn compared(errors: &RegisterErrors) -> impl Iterator<Item = (Reg, &registers::RegisterError)> {
-    Reg::ALL
-        .iter()
-        .copied()
-        .zip(&errors.registers)
-        .filter(|(_, e)| e.count > 0)
-}
-
-fn to_json(
-    args: &Args,
-    origin: &Origin,
-    spec: &UnitSpec,
-    subject: &Subject,
-    results: &Results,
-) -> Value {
-    let mut root = origin.json();
-    let fragments = subject.scene.fragments.len();
-    root.insert("scene".into(), json!(args.scene));
-    root.insert(
-        "size".into(),
-        json!([subject.scene.width, subject.scene.height]),
-    );
-    root.insert(
-        "env".into(),
-        json!(
-            args.scene_args
-                .env
-                .as_ref()
-                .map(|p| p.display().to_string())
-        ),
-    );
-    root.insert("face_size".into(), json!(subject.map.size()));
-    root.insert("fragments".into(), json!(fragments));
-    root.insert("unit".into(), unit_json(spec));
-    let mut engines = Map::new();
-    for (rung, r) in &results.renderings {
-        let mut engine = json!({
-            "seconds": r.seconds,
-            "fragments_per_second": per(super::super::engine::to_u64(fragments), 1) / r.seconds.max(1e-9),
-            "texels_per_fragment": per(r.texels, fragments),
-            "probes_per_fragment": per(r.probes, fragments),
-            "flags": r.flags,
-        });
-        if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
-            map.insert("standard_error".into(), json!(error));
-        }
-        engines.insert(rung.name().into(), engine);
-    }
-    root.insert("engines".into(), Value::Object(engines));
-    let pairs = results
-        .pairs
-        .iter()
-        .map(|(a, b, p)| p.to_json(a.name(), b.name()))
-        .collect();
-    root.insert("pairs".into(), Value::Array(pairs));
-    let rows = results.registers.iter().flat_map(|errors| {
-        compared(errors).map(|(reg, e)| {
-            let info = reg.info();
-            json!({"stage": info.stage, "register": info.name, "worst_lsb": e.worst_lsb, "mean_lsb": e.mean_lsb(), "pixel": e.pixel})
-        })
-    });
-    root.insert("registers".into(), Value::Array(rows.collect()));
-    root.insert("flags".into(), json!(flags(results)));
-    let skipped = results
-        .skipped
-        .iter()
-        .map(|s| json!({"engine": s.rung.name(), "why": s.why}))
-        .collect();
-    root.insert("skipped".into(), Value::Array(skipped));
-    root.insert("adapter".into(), Value::Null);
-    Value::Object(root)
-}
-
-fn print_tables(
-    args: &Args,
-    spec: &UnitSpec,
-    subject: &Subject,
-    results: &Results,
-    settings: &Settings,
-) -> Result<(), Failure> {
-    use std::io::Write as _;
-    let mut out = std::io::stdout().lock();
-    let fragments = subject.scene.fragments.len();
-    let env = args
-        .scene_args
-        .env
-        .as_ref()
-        .map_or("procedural environment".into(), |p| p.display().to_string());
-    let size = subject.map.size();
-    writeln!(
-        out,
-        "{} {}x{}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
-        args.scene,
-        subject.scene.width,
-        subject.scene.height,
-        count(super::super::engine::to_u64(fragments)),
-        env!("CARGO_PKG_VERSION"),
-        spec.hash()
-    )?;
-    let axis = if settings.reference_table.is_some() {
-        "the angle table's axis"
-    } else {
-        "the exact axis"
-    };
-    writeln!(
-        out,
-        "f64 and ewa use {axis}; probes of f64 carry the trilinear filter's own blur, which ewa has not\n"
-    )?;
-
-    let mut ladder = Table::new(&[
-        ("pair", Align::Left),
-        ("PSNR (dB)", Align::Right),
-        ("max (8-bit steps)", Align::Right),
-        ("RMS (8-bit steps)", Align::Right),
-        ("rel. MSE", Align::Right),
-        (">1 step (%)", Align::Right),
-        ("FLIP", Align::Right),
-    ]);
-    for (a, b, p) in &results.pairs {
-        ladder.row([
-            format!("{} - {}", a.name(), b.name()),
-            p.psnr_db.map_or("identical".into(), |db| fixed(db, 2)),
-            significant(p.max_lsb8, 3),
-            significant(255.0 * p.rmse, 3),
-            significant(p.rel_mse, 3),
-            significant(100.0 * p.share_over_1_lsb8, 3),
-            optional(p.flip.map(|f| significant(f, 3))),
-        ]);
-    }
-    if !ladder.is_empty() {
-        writeln!(out, "{ladder}")?;
-    }
-    let mut speed = Table::new(&[
-        ("engine", Align::Left),
-        ("seconds", Align::Right),
-        ("fragments/s", Align::Right),
-        ("probes/fragment", Align::Right),
-        ("texels/fragment", Align::Right),
-    ]);
-    for (rung, r) in &results.renderings {
-        speed.row([
-            rung.name().to_string(),
-            significant(r.seconds, 3),
-            significant(
-                per(super::super::engine::to_u64(fragments), 1) / r.seconds.max(1e-9),
-                3,
-            ),
-            significant(per(r.probes, fragments), 3),
-            significant(per(r.texels, fragments), 3),
-        ]);
-    }
-    writeln!(out, "{speed}")?;
-    if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
-        writeln!(
-            out,
-            "truth: RMS standard error {} (linear)",
-            significant(error, 3)
-        )?;
-    }
-    if let Some(errors) = &results.registers {
-        let mut table = Table::new(&[
-            ("register (rtl - f64)", Align::Left),
-            ("worst (LSB)", Align::Right),
-            ("mean (LSB)", Align::Right),
-            ("pixel of the worst", Align::Right),
-        ]);
-        for (reg, e) in compared(errors) {
-            let info = reg.info();
-            table.row([
-                format!("{}.{}", info.stage, info.name),
-                significant(e.worst_lsb, 3),
-                significant(e.mean_lsb(), 3),
-                format!("{},{}", e.pixel[0], e.pixel[1]),
-            ]);
-        }
-        writeln!(out, "\n{table}")?;
-        writeln!(
-            out,
-            "{} fragments on another face, {} with another probe count: not compared behind that",
-            count(errors.other_face),
-            count(errors.other_count)
-        )?;
-    }
-    for (name, n) in flags(results) {
-        writeln!(out, "flag {name}: {} fragments", count(n))?;
-    }
-    for s in &results.skipped {
-        writeln!(out, "not checked: {} ({})", s.rung.name(), s.why)?;
-    }
-    Ok(())
-}
-
 fn judge(
     args: &Args,
     results: &Results,
@@ -501,125 +285,5 @@ fn judge(
         Ok(())
     } else {
         Err(Failure::Disagrees(broken.join("; ")))
-    }
-}
-
-/// The files of `--out`, all created before the work starts.
-struct OutFiles {
-    engines: Vec<(Rung, WholeFile, WholeFile)>,
-    maps: Vec<(Rung, Rung, WholeFile)>,
-    row: Option<WholeFile>,
-    report: WholeFile,
-    /// Last, so that it is dropped after the temporaries in it.
-    folder: OutputFolder,
-}
-
-impl OutFiles {
-    fn create(folder: &std::path::Path, rungs: &[Rung]) -> Result<Self, InputError> {
-        let made = OutputFolder::create(folder).map_err(|e| {
-            InputError::new(
-                folder.display().to_string(),
-                "a folder that can be made",
-                e.to_string(),
-                "check the path of --out",
-            )
-        })?;
-        let file = |name: String| WholeFile::create(folder.join(name));
-        let mut engines = Vec::new();
-        for rung in rungs {
-            engines.push((
-                *rung,
-                file(format!("{}.exr", rung.name()))?,
-                file(format!("{}.png", rung.name()))?,
-            ));
-        }
-        let mut maps = Vec::new();
-        for pair in rungs.windows(2) {
-            if let [a, b] = pair {
-                maps.push((*a, *b, file(format!("{}-{}.png", a.name(), b.name()))?));
-            }
-        }
-        let both = rungs.contains(&Rung::Rtl) && rungs.contains(&Rung::F64);
-        Ok(Self {
-            engines,
-            maps,
-            row: if both {
-                Some(file("row.png".into())?)
-            } else {
-                None
-            },
-            report: file("report.html".into())?,
-            folder: made,
-        })
-    }
-
-    fn write(
-        self,
-        args: &Args,
-        origin: &Origin,
-        results: &Results,
-        value: &Value,
-    ) -> Result<(), Failure> {
-        let exposure = args.scene_args.exposure;
-        let png = |picture: &Picture,
-                   exposure: f64,
-                   attributes: &[(String, String)]|
-         -> Result<Vec<u8>, Failure> {
-            let mut bytes = Vec::new();
-            write_png(&mut bytes, picture, exposure, attributes)?;
-            Ok(bytes)
-        };
-        // All are written before the first gets its name.
-        let mut done = Vec::new();
-        let put = |mut file: WholeFile, bytes: &[u8]| -> Result<WholeFile, Failure> {
-            use std::io::Write as _;
-            file.write_with(|w| w.write_all(bytes))?;
-            Ok(file)
-        };
-        let mut images = Vec::new();
-        for (rung, mut exr, png_file) in self.engines {
-            let Some(r) = results.get(rung) else { continue };
-            let attributes = origin.attributes(&format!("{} by {}", args.scene, rung.name()));
-            exr.write_with(|w| write_exr(w, &r.picture, &attributes, Sample::Float))?;
-            done.push(exr);
-            let bytes = png(&r.picture, exposure, &attributes)?;
-            done.push(put(png_file, &bytes)?);
-            images.push((rung.name().to_string(), bytes));
-        }
-        for (a, b, file) in self.maps {
-            let (Some(ra), Some(rb)) = (results.get(a), results.get(b)) else {
-                continue;
-            };
-            let map = error_map(&ra.picture, &rb.picture, exposure)?;
-            let name = format!("{}-{}", a.name(), b.name());
-            let bytes = png(
-                &map,
-                0.0,
-                &origin.attributes(&format!("{}, difference {name}", args.scene)),
-            )?;
-            done.push(put(file, &bytes)?);
-            images.push((name, bytes));
-        }
-        if let (Some(file), Some(a), Some(b)) =
-            (self.row, results.get(Rung::Rtl), results.get(Rung::F64))
-        {
-            let map = error_map(&a.picture, &b.picture, exposure)?;
-            let row = mosaic(
-                &[
-                    (&a.picture, "rtl"),
-                    (&b.picture, "f64"),
-                    (&map, "difference"),
-                ],
-                8,
-            );
-            let bytes = png(&row, exposure, &origin.attributes(&args.scene))?;
-            done.push(put(file, &bytes)?);
-        }
-        done.push(put(self.report, html::page(value, &images).as_bytes())?);
-        for file in done {
-            file.commit()?;
-        }
-        self.folder.keep();
-        Ok(())
     }
 }

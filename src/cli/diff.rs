@@ -15,8 +15,8 @@ use crate::image::write::Sample;
 use crate::picture::Picture;
 use crate::report::error_map::error_map;
 use crate::report::metrics;
-use crate::report::srgb::srgb_decode;
 use crate::report::table::{fixed, significant};
+use crate::srgb::srgb_decode;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -4,6 +4,8 @@ mod args;
 mod bounds;
 mod bump_file;
 mod compare;
+mod compare_files;
+mod compare_tables;
 mod diff;
 mod interrupt;
 mod json_lines;

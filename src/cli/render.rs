@@ -8,7 +8,7 @@ use super::progress::Bar;
 use super::{Failure, subject};
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
 use crate::engine::rtl::RtlEngine;
-use crate::engine::{Engine, Rung, encode};
+use crate::engine::{Engine, Rung};
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::image::write::Sample;
@@ -60,16 +60,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let settings = args.run.settings(&spec);
     let subject = subject::load(&args.scene, &args.scene_args, &settings)?;
     let engine: Box<dyn Engine> = match args.engine {
-        Rung::Rtl | Rung::Gpu => {
-            let needs = subject.scene.fragments.first().map_or(
-                rtl_model::unit::Needs {
-                    bump: false,
-                    rough: false,
-                },
-                |f| encode::needs(&f.fragment),
-            );
-            Box::new(RtlEngine::new(&spec, needs, &subject.map)?)
-        }
+        Rung::Rtl | Rung::Gpu => Box::new(RtlEngine::new(&spec, subject.needs(), &subject.map)?),
         Rung::F64 => Box::new(F64Engine { settings }),
         Rung::Ewa => Box::new(EwaEngine { settings }),
         Rung::Truth => Box::new(TruthEngine {

@@ -57,16 +57,13 @@ const FACES: [u32; 2] = [1, 16384];
 /// Whether the unit can be exact inside with every stage built.
 pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
     for size in FACES {
-        let needs = Needs {
-            bump: true,
-            rough: true,
-        };
-        Unit::new(&spec.config, needs, size).map_err(refused)?;
-        let needs = Needs {
-            bump: false,
-            rough: false,
-        };
-        Unit::new(&spec.config, needs, size).map_err(refused)?;
+        for all in [true, false] {
+            let needs = Needs {
+                bump: all,
+                rough: all,
+            };
+            Unit::new(&spec.config, needs, size).map_err(refused)?;
+        }
     }
     Texture::new(&spec.config, &[], &|_, _, _, _| None).map_err(refused)?;
     Ok(())

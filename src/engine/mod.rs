@@ -10,6 +10,8 @@ pub mod rtl;
 
 use std::collections::BTreeMap;
 
+use rtl_model::unit::Needs;
+
 use crate::cube::CubeMap;
 use crate::picture::Picture;
 use crate::scene::Scene;
@@ -76,6 +78,19 @@ impl Subject {
     pub fn index(&self, [column, row]: [u32; 2]) -> usize {
         let place = |x: u32| usize::try_from(x).unwrap_or(usize::MAX);
         place(row) * self.scene.width + place(column)
+    }
+
+    /// What the fragments need of the unit. All of a scene need the same, so the first one tells; a
+    /// scene without fragments needs nothing.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        self.scene.fragments.first().map_or(
+            Needs {
+                bump: false,
+                rough: false,
+            },
+            |f| encode::needs(&f.fragment),
+        )
     }
 }
 

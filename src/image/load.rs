@@ -3,9 +3,10 @@
 use super::exr_in::{self, Want};
 use super::layout::{EnvPicture, to_cube};
 use super::planar::{Colour, Planar};
-use super::{ldr, mips, radiance, srgb};
+use super::{ldr, mips, radiance};
 use crate::cube::CubeMap;
 use crate::error::InputError;
+use crate::srgb::srgb_decode;
 use std::io::Read;
 use std::path::Path;
 
@@ -170,7 +171,7 @@ pub fn load_environment(
         cleaned.clean(&mut samples);
         if !linear {
             for s in &mut samples {
-                *s = mips::narrow(srgb::srgb_decode(f64::from(*s)));
+                *s = mips::narrow(srgb_decode(f64::from(*s)));
             }
         }
         samples

@@ -18,7 +18,6 @@ pub mod load;
 pub mod mips;
 pub mod planar;
 pub mod quiet;
-pub mod srgb;
 pub mod temporary;
 pub mod whole;
 pub mod write;
@@ -27,6 +26,5 @@ pub use load::{Cleaned, LoadOptions, load_environment, load_planar, load_planar_
 pub use mips::build_mips;
 pub use planar::{EnvLayout, Planar};
 pub use quiet::install_quiet_panic_hook;
-pub use srgb::{srgb_decode, srgb_encode};
 pub use whole::WholeFile;
 pub use write::{Sample, write_exr, write_png};

@@ -2,8 +2,8 @@
 
 use super::exr_header::scan;
 use super::mips::narrow;
-use super::srgb::srgb_encode;
 use crate::picture::Picture;
+use crate::srgb::srgb_encode;
 use exr::image::{Encoding, Image, Layer, SpecificChannels};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Text};

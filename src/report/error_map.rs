@@ -5,9 +5,9 @@
 
 use super::font::{self, HEIGHT, draw_text, fill, text_width};
 use super::metrics::{Show, same_size};
-use super::srgb::linear_of_bytes;
 use crate::error::InputError;
 use crate::picture::Picture;
+use crate::srgb::linear_of_bytes;
 
 /// The ramp, by log2 of the difference in 8-bit steps: dark to light, cold below one step, hot
 /// from one step on. The jump at 0 is meant: it draws the contour of the 8-bit limit.

@@ -7,9 +7,9 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::srgb::srgb_encode;
 use crate::error::InputError;
 use crate::picture::Picture;
+use crate::srgb::srgb_encode;
 
 /// ε of the relative error: a value of 0.01 is where it turns from relative to absolute.
 const RELATIVE_FLOOR: f64 = 0.01 * 0.01;

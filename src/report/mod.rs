@@ -7,5 +7,4 @@ pub mod font;
 pub mod hash;
 pub mod html;
 pub mod metrics;
-pub mod srgb;
 pub mod table;

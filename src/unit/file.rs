@@ -6,7 +6,8 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::UnitSpec;
-use super::knobs::{Value, unknown};
+use super::knobs::Value;
+use super::set::unknown;
 use crate::error::InputError;
 
 /// Largest unit file that is read.

@@ -6,6 +6,7 @@
 pub mod bounds;
 pub mod file;
 pub mod knobs;
+mod set;
 
 use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
 use rtl_model::{Config, ConfigError};
@@ -13,7 +14,7 @@ use rtl_model::{Config, ConfigError};
 use crate::error::InputError;
 use crate::policy::{Axis, Curvature, RoughnessInterpolation};
 use crate::report::hash;
-use crate::settings::{AngleTable, Settings};
+use crate::settings::{AngleTable, IDENTITY, Settings};
 
 /// Which axis the float reference uses where the unit's is the table's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -108,9 +109,7 @@ impl UnitSpec {
             roughness_curvature: self.roughness_curvature,
             minor: c.minor,
             dnmod: c.dnmod,
-            rotation: self
-                .rotation
-                .unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            rotation: self.rotation.unwrap_or(IDENTITY),
             reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
                 .then_some(table),
         }

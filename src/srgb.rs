@@ -5,7 +5,7 @@
 
 /// Encodes a linear value in [0, 1] for the display.
 ///
-/// The caller clamps: outside [0, 1] the same formulas go on (negative values stay linear).
+/// The caller clamps: outside [0, 1] the same formulas go on (negative values stay linear), NaN stays NaN.
 #[must_use]
 pub fn srgb_encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
@@ -48,9 +48,22 @@ mod tests {
     }
 
     #[test]
+    fn every_sixteen_bit_code_survives_decoding_and_encoding() {
+        // The two pieces meet within 2⁻²⁵ at the standard's rounded threshold; a code step is 2⁻¹⁶
+        // and the curve's slope is at most 12.92, so the round trip must land on the same code.
+        for code in 0..=65_535u32 {
+            let value = f64::from(code) / 65_535.0;
+            let back = srgb_encode(srgb_decode(value)) * 65_535.0;
+            assert!((back - f64::from(code)).abs() < 0.5, "{code}: {back}");
+        }
+    }
+
+    #[test]
     fn black_and_white_are_fixed_points() {
         assert_eq!(srgb_encode(0.0).to_bits(), 0.0f64.to_bits());
         assert_eq!(srgb_encode(1.0).to_bits(), 1.0f64.to_bits());
+        // (1.055/1.055)^2.4 is 1 to one rounding of the sum 1 + 0.055 and one of the power.
+        assert!((srgb_decode(1.0) - 1.0).abs() <= 2e-16);
     }
 
     #[test]
@@ -59,5 +72,7 @@ mod tests {
         for (linear, encoded) in [(0.5, 0.735_356_983_052_449_4), (0.001, 0.01292)] {
             assert!((srgb_encode(linear) - encoded).abs() < 1e-12, "{linear}");
         }
+        // Published: linear 0.18 is sRGB 0.4613561295… (118 of 255 after rounding).
+        assert!((srgb_encode(0.18) * 255.0 - 117.645_8).abs() < 1e-3);
     }
 }

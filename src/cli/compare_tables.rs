@@ -1,0 +1,218 @@
+//! What `compare` found, as JSON and as tables on stdout.
+
+use std::collections::BTreeMap;
+
+use rtl_model::regs::Reg;
+use serde_json::{Map, Value, json};
+
+use super::Failure;
+use super::compare::{Args, Results};
+use super::output::{Origin, unit_json};
+use crate::engine::registers::{RegisterError, RegisterErrors};
+use crate::engine::{Rung, Subject, to_u64};
+use crate::report::table::{Align, Table, count, fixed, optional, significant};
+use crate::settings::Settings;
+use crate::unit::UnitSpec;
+
+#[expect(clippy::cast_precision_loss, reason = "counts become rates")]
+fn per(total: u64, parts: usize) -> f64 {
+    total as f64 / parts.max(1) as f64
+}
+
+fn flags(results: &Results) -> BTreeMap<String, u64> {
+    results
+        .get(Rung::Rtl)
+        .map(|r| r.flags.clone())
+        .unwrap_or_default()
+}
+
+fn compared(errors: &RegisterErrors) -> impl Iterator<Item = (Reg, &RegisterError)> {
+    Reg::ALL
+        .iter()
+        .copied()
+        .zip(&errors.registers)
+        .filter(|(_, e)| e.count > 0)
+}
+
+/// The results as `--json` writes them and the report shows them.
+pub(super) fn to_json(
+    args: &Args,
+    origin: &Origin,
+    spec: &UnitSpec,
+    subject: &Subject,
+    results: &Results,
+) -> Value {
+    let mut root = origin.json();
+    let fragments = subject.scene.fragments.len();
+    root.insert("scene".into(), json!(args.scene));
+    root.insert(
+        "size".into(),
+        json!([subject.scene.width, subject.scene.height]),
+    );
+    root.insert(
+        "env".into(),
+        json!(
+            args.scene_args
+                .env
+                .as_ref()
+                .map(|p| p.display().to_string())
+        ),
+    );
+    root.insert("face_size".into(), json!(subject.map.size()));
+    root.insert("fragments".into(), json!(fragments));
+    root.insert("unit".into(), unit_json(spec));
+    let mut engines = Map::new();
+    for (rung, r) in &results.renderings {
+        let mut engine = json!({
+            "seconds": r.seconds,
+            "fragments_per_second": per(to_u64(fragments), 1) / r.seconds.max(1e-9),
+            "texels_per_fragment": per(r.texels, fragments),
+            "probes_per_fragment": per(r.probes, fragments),
+            "flags": r.flags,
+        });
+        if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
+            map.insert("standard_error".into(), json!(error));
+        }
+        engines.insert(rung.name().into(), engine);
+    }
+    root.insert("engines".into(), Value::Object(engines));
+    let pairs = results
+        .pairs
+        .iter()
+        .map(|(a, b, p)| p.to_json(a.name(), b.name()))
+        .collect();
+    root.insert("pairs".into(), Value::Array(pairs));
+    let rows = results.registers.iter().flat_map(|errors| {
+        compared(errors).map(|(reg, e)| {
+            let info = reg.info();
+            json!({"stage": info.stage, "register": info.name, "worst_lsb": e.worst_lsb, "mean_lsb": e.mean_lsb(), "pixel": e.pixel})
+        })
+    });
+    root.insert("registers".into(), Value::Array(rows.collect()));
+    root.insert("flags".into(), json!(flags(results)));
+    let skipped = results
+        .skipped
+        .iter()
+        .map(|s| json!({"engine": s.rung.name(), "why": s.why}))
+        .collect();
+    root.insert("skipped".into(), Value::Array(skipped));
+    root.insert("adapter".into(), Value::Null);
+    Value::Object(root)
+}
+
+/// The results as tables on stdout.
+pub(super) fn print_tables(
+    args: &Args,
+    spec: &UnitSpec,
+    subject: &Subject,
+    results: &Results,
+    settings: &Settings,
+) -> Result<(), Failure> {
+    use std::io::Write as _;
+    let mut out = std::io::stdout().lock();
+    let fragments = subject.scene.fragments.len();
+    let env = args
+        .scene_args
+        .env
+        .as_ref()
+        .map_or("procedural environment".into(), |p| p.display().to_string());
+    let size = subject.map.size();
+    writeln!(
+        out,
+        "{} {}x{}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
+        args.scene,
+        subject.scene.width,
+        subject.scene.height,
+        count(to_u64(fragments)),
+        env!("CARGO_PKG_VERSION"),
+        spec.hash()
+    )?;
+    let axis = if settings.reference_table.is_some() {
+        "the angle table's axis"
+    } else {
+        "the exact axis"
+    };
+    writeln!(
+        out,
+        "f64 and ewa use {axis}; probes of f64 carry the trilinear filter's own blur, which ewa has not\n"
+    )?;
+
+    let mut ladder = Table::new(&[
+        ("pair", Align::Left),
+        ("PSNR (dB)", Align::Right),
+        ("max (8-bit steps)", Align::Right),
+        ("RMS (8-bit steps)", Align::Right),
+        ("rel. MSE", Align::Right),
+        (">1 step (%)", Align::Right),
+        ("FLIP", Align::Right),
+    ]);
+    for (a, b, p) in &results.pairs {
+        ladder.row([
+            format!("{} - {}", a.name(), b.name()),
+            p.psnr_db.map_or("identical".into(), |db| fixed(db, 2)),
+            significant(p.max_lsb8, 3),
+            significant(255.0 * p.rmse, 3),
+            significant(p.rel_mse, 3),
+            significant(100.0 * p.share_over_1_lsb8, 3),
+            optional(p.flip.map(|f| significant(f, 3))),
+        ]);
+    }
+    if !ladder.is_empty() {
+        writeln!(out, "{ladder}")?;
+    }
+    let mut speed = Table::new(&[
+        ("engine", Align::Left),
+        ("seconds", Align::Right),
+        ("fragments/s", Align::Right),
+        ("probes/fragment", Align::Right),
+        ("texels/fragment", Align::Right),
+    ]);
+    for (rung, r) in &results.renderings {
+        speed.row([
+            rung.name().to_string(),
+            significant(r.seconds, 3),
+            significant(per(to_u64(fragments), 1) / r.seconds.max(1e-9), 3),
+            significant(per(r.probes, fragments), 3),
+            significant(per(r.texels, fragments), 3),
+        ]);
+    }
+    writeln!(out, "{speed}")?;
+    if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
+        writeln!(
+            out,
+            "truth: RMS standard error {} (linear)",
+            significant(error, 3)
+        )?;
+    }
+    if let Some(errors) = &results.registers {
+        let mut table = Table::new(&[
+            ("register (rtl - f64)", Align::Left),
+            ("worst (LSB)", Align::Right),
+            ("mean (LSB)", Align::Right),
+            ("pixel of the worst", Align::Right),
+        ]);
+        for (reg, e) in compared(errors) {
+            let info = reg.info();
+            table.row([
+                format!("{}.{}", info.stage, info.name),
+                significant(e.worst_lsb, 3),
+                significant(e.mean_lsb(), 3),
+                format!("{},{}", e.pixel[0], e.pixel[1]),
+            ]);
+        }
+        writeln!(out, "\n{table}")?;
+        writeln!(
+            out,
+            "{} fragments on another face, {} with another probe count: not compared behind that",
+            count(errors.other_face),
+            count(errors.other_count)
+        )?;
+    }
+    for (name, n) in flags(results) {
+        writeln!(out, "flag {name}: {} fragments", count(n))?;
+    }
+    for s in &results.skipped {
+        writeln!(out, "not checked: {} ({})", s.rung.name(), s.why)?;
+    }
+    Ok(())
+}
