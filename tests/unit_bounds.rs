@@ -401,3 +401,15 @@ fn shorter_words_widen_the_bounds_they_enter() {
     let names: Vec<&str> = bounds(&spec.config).iter().map(|b| b.name).collect();
     assert!(!names.contains(&"eigen.axis") && !names.contains(&"eigen.lambda 2"));
 }
+
+#[test]
+fn tables_too_coarse_for_any_bound_have_no_row() {
+    // Mantissas of two bits: each may be off by half of the number.
+    let mut spec = UnitSpec::default();
+    for reg in [Reg::ReflectV, Reg::ReflectN, Reg::ReflectVr] {
+        spec.config.formats[reg.index()].frac = 1;
+    }
+    let rows = bounds(&spec.config);
+    assert!(rows.iter().all(|b| b.name != "cube_face.u, v"));
+    assert!(rows.iter().all(|b| b.bound.is_finite() && b.bound >= 0.0));
+}

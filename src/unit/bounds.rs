@@ -32,6 +32,15 @@ const SQRT_2: f64 = std::f64::consts::SQRT_2;
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 const SQRT_6: f64 = 2.449_489_742_783_178;
 
+/// 1/(1 − x) for a relative error x; infinite where x may be the whole of the number.
+fn inverse(x: f64) -> f64 {
+    if x < 1.0 {
+        1.0 / (1.0 - x)
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Errors of what comes into `reflect` and `jacobian`.
 struct Inputs {
     /// Length of v's error over |v|.
@@ -101,7 +110,7 @@ impl Frame {
         let cross = 1.0 + 2.0 * ((1.0 + h) * (1.0 + n) - 1.0);
         let cross = cross * (1.0 + SQRT_3 * w.block(Reg::FrameCross)) - 1.0;
         // Unit vectors of x and x + δ differ by at most |δ|/(|x| − |δ|).
-        let turned = 1.0 + cross / (1.0 - cross);
+        let turned = 1.0 + cross * inverse(cross);
         let inv = (1.0 + t.rsqrt) * (1.0 + w.block(Reg::FrameInvLength));
         let length = 1.0 + t.sqrt + w.fixed(Reg::FrameLength);
         let e1 = turned * (1.0 + n) * inv * length * (1.0 + w.block(Reg::FrameScale)) - 1.0
@@ -129,10 +138,10 @@ impl Facing {
         let block = w.block(Reg::ReflectVr);
         // |v_r| ≤ √3·|ma|. |δsc − u·δma| ≤ √2·|δ|; the block's two components are off by one LSB each.
         let ma = (1.0 + SQRT_3 * sum) * (1.0 + block) - 1.0;
-        let before = (SQRT_6 * sum + 2.0 * block * (1.0 + SQRT_3 * sum)) / (1.0 - ma);
+        let before = (SQRT_6 * sum + 2.0 * block * (1.0 + SQRT_3 * sum)) * inverse(ma);
         let recip = (1.0 + t.recip) * (1.0 + w.block(Reg::FaceInvMa)) - 1.0;
         Self {
-            inv: (1.0 + recip) / (1.0 - ma) - 1.0,
+            inv: (1.0 + recip) * inverse(ma) - 1.0,
             uv: before + recip * (1.0 + before) + w.fixed(Reg::FaceU).max(w.fixed(Reg::FaceV)),
         }
     }
@@ -205,7 +214,7 @@ impl Ellipse {
             // √det K moves by √(2k(a + c)²(1 + k)) ≤ √(8k(1 + k))·λ1², then /λ1.
             Minor::Det => {
                 let det = (8.0 * k * (1.0 + k)).sqrt();
-                let quotient = (1.0 + t.sqrt) * (1.0 + t.recip) / (1.0 - major) - 1.0;
+                let quotient = (1.0 + t.sqrt) * (1.0 + t.recip) * inverse(major) - 1.0;
                 det * (1.0 + quotient) + quotient + word
             }
         };
@@ -259,7 +268,7 @@ fn lod(w: &Words<'_>, t: &TableErrors, e: &Ellipse) -> f64 {
         + w.fixed(Reg::FootLength)
         + power(8 + c.format(Reg::FootLength).frac);
     let m = e.lambda[0].max(most * e.lambda[1]) + word;
-    -libm::log2(1.0 - m.min(0.999_999)) + t.log2 + w.fixed(Reg::FootLod)
+    libm::log2(inverse(m)) + t.log2 + w.fixed(Reg::FootLod)
 }
 
 /// Colour from given addresses, LOD and decoded texels: (share of the largest texel, absolute part).
@@ -288,13 +297,18 @@ fn color(w: &Words<'_>) -> [f64; 2] {
 
 /// The bounds of a unit, where no flag is raised and without `transform.rotation` before D.
 ///
-/// Rows that do not apply to the unit's policies are left out.
+/// Rows that do not apply to the unit's policies are left out, and those of words or tables so coarse
+/// that a number may be off by all of itself: there is no bound then.
 #[must_use]
 pub fn bounds(config: &Config) -> Vec<Bound> {
     let w = Words(config);
     let t = TableErrors::new(config);
     let mut out = Vec::new();
-    let mut add = |name, bound, holds| out.push(Bound { name, bound, holds });
+    let mut add = |name, bound: f64, holds| {
+        if bound.is_finite() {
+            out.push(Bound { name, bound, holds });
+        }
+    };
     if config.rotation.is_none() {
         let i = Inputs::plain(&w);
         let f = Facing::new(&w, &t, &i);
