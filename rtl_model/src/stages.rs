@@ -154,7 +154,7 @@ impl<T: Tap> Sink<'_, T> {
         x: i64,
         exponent: i64,
     ) -> i64 {
-        self.shift(q, reg, c, x, q.frac_in - i64::from(q.format.frac), exponent)
+        self.finish(q, reg, c, q.write_fixed_as(T::STANDARD, x), exponent)
     }
 
     /// Writes `x` with a right shift that differs from fragment to fragment.

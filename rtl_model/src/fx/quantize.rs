@@ -13,6 +13,9 @@ pub struct Quantizer {
     pub format: Format,
     /// Fraction bits of the value that comes in; meaningless for block registers.
     pub frac_in: i64,
+    /// Right shift of a value with `frac_in` fraction bits, and 2^(shift − 1) − 1.
+    down: i64,
+    low: i64,
     half: i64,
     minus: i64,
     sign_full: i64,
@@ -38,9 +41,16 @@ impl Quantizer {
             Rounding::HalfEven => (-1, -1, 0, 0, 1),
             Rounding::HalfOdd => (-1, 0, 0, 0, -1),
         };
+        let down = frac_in - i64::from(format.frac);
         Self {
             format,
             frac_in,
+            down,
+            low: if (1..=62).contains(&down) {
+                (1 << (down - 1)) - 1
+            } else {
+                0
+            },
             half,
             minus,
             sign_full,
@@ -92,7 +102,22 @@ impl Quantizer {
     #[inline(always)]
     #[must_use]
     pub fn write(&self, x: i64) -> (i64, bool) {
-        self.write_shifted(x, self.frac_in - i64::from(self.format.frac))
+        self.write_shifted(x, self.down)
+    }
+
+    /// [`Quantizer::write`], compiled for half-even and saturation alone where `standard`.
+    #[inline(always)]
+    #[must_use]
+    pub fn write_fixed_as(&self, standard: bool, x: i64) -> (i64, bool) {
+        if !standard {
+            return self.write_shifted(x, self.down);
+        }
+        if !(1..=62).contains(&self.down) {
+            return self.write_seldom(x, self.down);
+        }
+        let y = (x + self.low + ((x >> self.down) & 1)) >> self.down;
+        let code = y.clamp(self.min, self.max);
+        (code, code != y)
     }
 
     /// Writes `x` with the given right shift. A shift that would lose everything is the sign or 0;
