@@ -223,7 +223,8 @@ fn check_sources(sources: &[Source<'_>]) -> Result<(), ConfigError> {
     })
 }
 
-fn check_texel(config: &Config) -> Result<(), ConfigError> {
+/// Refuses decoded texels that the filter's sums have no room for.
+pub fn check_texel(config: &Config) -> Result<(), ConfigError> {
     if !(1..=17).contains(&config.texel_int) {
         return Err(ConfigError {
             path: "texel.int".into(),

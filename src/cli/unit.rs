@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use rtl_model::regs::{Event, Kind, Reg};
 use rtl_model::stages::Roms;
+use rtl_model::texture::check_texel;
 use rtl_model::unit::Needs;
-use rtl_model::{Config, Texture, Unit};
+use rtl_model::{Config, Unit};
 use serde_json::json;
 
 use super::Failure;
@@ -65,7 +66,7 @@ pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
             Unit::new(&spec.config, needs, size).map_err(refused)?;
         }
     }
-    Texture::new(&spec.config, &[], &|_, _, _, _| None).map_err(refused)?;
+    check_texel(&spec.config).map_err(refused)?;
     Ok(())
 }
 
