@@ -132,7 +132,7 @@ fn row(name: &str, codes: &[Code]) -> String {
     let join = |f: &dyn Fn(&Code) -> String| codes.iter().map(f).collect::<Vec<_>>().join(" ");
     let frac = codes[0].frac;
     // The second level of a LOD without a fraction is never addressed.
-    let unwritten = |c: &Code| c.raw == 0 && c.frac == 0 && frac != 0;
+    let unwritten = |c: &Code| !c.is_written();
     assert!(
         codes.iter().all(|c| c.frac == frac || unwritten(c)),
         "{name}"

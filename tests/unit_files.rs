@@ -107,7 +107,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
         ),
         (
             "[footprint]\nmax_prob = 8\n",
-            "line 2, column 12, footprint.max_prob",
+            "line 2, column 1, footprint.max_prob",
             "unit show",
         ),
         (
@@ -118,7 +118,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
         (
             "[footprint]\naxis = true\n",
             "line 2, column 8, footprint.axis",
-            "another type",
+            "found true",
         ),
         (
             "eigen.entries = 33\n",
@@ -162,7 +162,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
         ),
         (
             "[registers.bump.c]\nint = 1\n",
-            "line 2, column 7, registers.bump.c.int",
+            "line 2, column 1, registers.bump.c.int",
             "unit show",
         ),
         (
@@ -185,7 +185,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "line 2, column 9, roughness.scale",
             "0 to 8",
         ),
-        ("x = 1\n", "line 1, column 5, x", "unit show"),
+        ("x = 1\n", "line 1, column 1, x", "unit show"),
     ] {
         let error = from_toml("unit.toml", text).expect_err(text);
         assert_eq!(error.subject, "unit.toml", "{text}");
