@@ -203,9 +203,11 @@ pub(super) fn print_tables(
         writeln!(out, "\n{table}")?;
         writeln!(
             out,
-            "{} fragments on another face, {} with another probe count: not compared behind that",
+            "{} fragments on another face, {} with another probe count, {} with a probe on another texel: \
+             not compared behind that",
             count(errors.other_face),
-            count(errors.other_count)
+            count(errors.other_count),
+            count(errors.other_texel)
         )?;
     }
     for (name, n) in flags(results) {

@@ -1,0 +1,383 @@
+//! Running a unit: each stage over a block, and all of them.
+
+use super::Unit;
+use super::block::{NO_FLAGS, Ports, Results, State};
+use crate::stages::jacobian::normal;
+use crate::stages::{
+    Sink, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
+    reflect, roughness,
+};
+use crate::tap::{NoTapStandard, Tap};
+use crate::texture::Texture;
+
+impl Unit {
+    /// The stages from the local frame to the footprint.
+    #[inline(always)]
+    pub fn front<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        state.flags.copy_from_slice(&ports.flags);
+        self.local_frame(ports, state, tap);
+        self.bump(ports, state, tap);
+        self.reflect(ports, state, tap);
+        self.cube_face(ports, state, tap);
+        self.normal(ports, state, tap);
+        self.jacobian(ports, state, tap);
+        self.roughness(ports, state, tap);
+        self.covariance(ports, state, tap);
+        self.eigen(ports, state, tap);
+        self.footprint(ports, state, tap);
+    }
+
+    /// `local_frame`, if the scene needs it.
+    #[inline(always)]
+    pub fn local_frame<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.frame else { return };
+        let input = local_frame::In {
+            n: &ports.n,
+            n_exp: &ports.n_exp,
+            h: &ports.h,
+            h_exp: &ports.h_exp,
+        };
+        local_frame::local_frame(
+            cfg,
+            &self.roms,
+            input,
+            &mut state.frame,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `bump`, if the scene needs it.
+    #[inline(always)]
+    pub fn bump<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.bump else { return };
+        let input = bump::In {
+            n: &ports.n,
+            n_exp: &ports.n_exp,
+            e1: &state.frame.e1,
+            e2: &state.frame.e2,
+            b: &ports.b,
+        };
+        bump::bump(
+            cfg,
+            input,
+            &mut state.bumped,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `reflect`.
+    #[inline(always)]
+    pub fn reflect<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        // Without a bump but with a frame the port's format is the frame's: normalise once more.
+        let n_mod_frac = match (&self.bump, &self.frame) {
+            (Some(_), _) => Some(self.bump_frac),
+            (None, Some(frame)) => Some(i64::from(frame.n.format.magnitude_bits()) - 1),
+            (None, None) => None,
+        };
+        let input = reflect::In {
+            v: &ports.v,
+            v_exp: &ports.v_exp,
+            n: if self.bump.is_some() {
+                &state.bumped.n_mod
+            } else {
+                &ports.n
+            },
+            n_exp: &ports.n_exp,
+            n_mod_frac,
+        };
+        reflect::reflect(
+            &self.reflect,
+            input,
+            &mut state.reflected,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `cube_face`.
+    #[inline(always)]
+    pub fn cube_face<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let mut exp = [0; N];
+        for (lane, e) in exp.iter_mut().enumerate().take(ports.len) {
+            *e = ports.v_exp[lane] + 2 * (ports.n_exp[lane] + state.reflected.n_lift[lane]);
+        }
+        let input = cube_face::In {
+            v_r: &state.reflected.v_r,
+            v_r_frac: &state.reflected.v_r_frac,
+            exp: &exp,
+        };
+        cube_face::cube_face(
+            &self.face,
+            &self.roms,
+            input,
+            &mut state.face,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// The first step of `jacobian`: the derivative of the modified normal.
+    #[inline(always)]
+    pub fn normal<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = normal::In {
+            dn: &ports.dn,
+            n_exp: &ports.n_exp,
+            n_lift: &state.reflected.n_lift,
+            bumped: self.bump.as_ref().map(|_| normal::Bumped {
+                n: &ports.n,
+                h: &ports.h,
+                e1: &state.frame.e1,
+                e2: &state.frame.e2,
+                b: &ports.b,
+            }),
+        };
+        normal::normal(
+            &self.normal,
+            &self.roms,
+            input,
+            &mut state.dn_mod,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `jacobian`, from the derivative of the modified normal on.
+    #[inline(always)]
+    pub fn jacobian<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = jacobian::In {
+            v: &ports.v,
+            v_exp: &ports.v_exp,
+            n_exp: &ports.n_exp,
+            dv: &ports.dv,
+            dn_mod: &state.dn_mod,
+            reflect: &state.reflected,
+            face: &state.face,
+        };
+        jacobian::jacobian(
+            &self.jacobian,
+            input,
+            &mut state.d,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `roughness`, if the scene needs it.
+    #[inline(always)]
+    pub fn roughness<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let Some(cfg) = &self.roughness else { return };
+        let input = roughness::In {
+            v: &ports.v,
+            v_exp: &ports.v_exp,
+            n_exp: &ports.n_exp,
+            e1: &state.frame.e1,
+            e2: &state.frame.e2,
+            d: &ports.d,
+            reflect: &state.reflected,
+            face: &state.face,
+        };
+        roughness::roughness(cfg, input, &mut state.b, &mut state.flags[..ports.len], tap);
+    }
+
+    /// `covariance`.
+    #[inline(always)]
+    pub fn covariance<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = covariance::In {
+            d: &state.d.d,
+            b: self.roughness.as_ref().map(|_| &state.b.b),
+        };
+        covariance::covariance(
+            &self.covariance,
+            input,
+            &mut state.k,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `eigen`.
+    #[inline(always)]
+    pub fn eigen<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = eigen::In {
+            covariance: &state.k,
+        };
+        eigen::eigen(
+            &self.eigen,
+            &self.roms,
+            input,
+            &mut state.axes,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// `footprint`.
+    #[inline(always)]
+    pub fn footprint<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let input = footprint::In { eigen: &state.axes };
+        footprint::footprint(
+            &self.footprint,
+            &self.roms,
+            input,
+            &mut state.line,
+            &mut state.flags[..ports.len],
+            tap,
+        );
+    }
+
+    /// What one lane asks of the texture.
+    #[inline(always)]
+    #[must_use]
+    pub fn request<const N: usize>(&self, state: &State<N>, lane: usize) -> filter::In {
+        filter::In {
+            line: address::In {
+                face: state.face.face[lane],
+                center: [state.face.u[lane], state.face.v[lane]],
+                step: [state.line.step[0][lane], state.line.step[1][lane]],
+                step_frac: self.step_frac,
+                count: state.line.count[lane],
+            },
+            lod: state.line.lod[lane],
+        }
+    }
+
+    /// `address` and `filter` for `len` lanes.
+    #[inline(always)]
+    pub fn back<const N: usize, T: Tap>(
+        &self,
+        state: &State<N>,
+        len: usize,
+        texture: &Texture,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        for lane in 0..len.min(N) {
+            let request = self.request(state, lane);
+            out.flags[lane] = state.flags[lane];
+            let mut sink = Sink {
+                lane,
+                flags: &mut out.flags[lane],
+                tap: &mut *tap,
+            };
+            let filtered = filter::filter(
+                &self.filter,
+                &self.address,
+                &self.roms,
+                texture,
+                &request,
+                &mut sink,
+            );
+            out.color[lane] = filtered.color;
+            out.texels[lane] = filtered.texels;
+            out.probes[lane] = request.line.count;
+        }
+    }
+
+    /// The addresses alone: what a texel cache would see, and the floor of a speed comparison.
+    #[inline(always)]
+    pub fn touch<const N: usize>(&self, state: &State<N>, len: usize, texture: &Texture) -> u64 {
+        let mut sum = 0;
+        let mut flags = NO_FLAGS;
+        for lane in 0..len.min(N) {
+            let request = self.request(state, lane);
+            let mut sink = Sink {
+                lane,
+                flags: &mut flags,
+                tap: &mut NoTapStandard,
+            };
+            sum += filter::touch(
+                &self.filter,
+                &self.address,
+                &self.roms,
+                texture,
+                &request,
+                &mut sink,
+            );
+        }
+        sum
+    }
+
+    /// The whole operation; without a texture everything but the colour.
+    #[inline(always)]
+    pub fn env<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        texture: Option<&Texture>,
+        state: &mut State<N>,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        self.front(ports, state, tap);
+        match texture {
+            Some(texture) => self.back(state, ports.len, texture, out, tap),
+            None => {
+                out.probes = state.line.count;
+                out.flags = state.flags;
+            }
+        }
+    }
+
+    /// Whether every register rounds half-even and saturates, so that the unit may run with a tap
+    /// whose `STANDARD` is true.
+    #[must_use]
+    pub fn is_standard(&self) -> bool {
+        self.standard
+    }
+}
