@@ -157,11 +157,12 @@ fn ewa_takes_a_coarser_lattice_where_the_ellipse_holds_too_many_texels() {
             &mut NoTap,
         );
         let got = ewa_counted(&out, &texture);
-        // 9π·K/12 texels² of area (K = size², 128 texels to the unit) over 4^level at most 65536:
-        // level ≥ log2(size·128·√(9π/12)/256) = log2(size) − 0.38.
-        let want = (libm::log2(size) - 0.38).ceil().max(0.0);
+        // σ = size·128/√12 texels (128 to the unit) over 2^level below √(256 − 1/6):
+        // level > log2(size·128/√12/15.995) = log2(size) + 1.208; then 9π·256 points at most fill the
+        // ellipse, and half a point's row more around it.
+        let want = (libm::log2(size) + 1.208).ceil().max(0.0);
         assert_eq!(f64::from(got.level), want, "{size}");
-        assert!(got.points <= 70_000, "{}", got.points);
+        assert!(got.points <= 7_600, "{}", got.points);
         assert!(got.color.iter().all(|x| (0.0..=1.0).contains(x)));
     }
 }

@@ -11,6 +11,10 @@ use crate::cube::{direction, face_uv};
 /// Most lattice points that a footprint may take before the lattice becomes coarser.
 pub const MOST_POINTS: f64 = 65_536.0;
 
+/// Variance of the ellipse's minor axis, in squared texels, from which on the lattice becomes coarser: 16²,
+/// so that the coarser one still has σ ≥ 8 and its own h²/6 is at most 1/384 of the variance.
+pub const FINE_ENOUGH: f64 = 256.0;
+
 /// Points of a row whose weights follow from one another: the last has 15 products of a ratio with up
 /// to 15 roundings of its own, about 2⁷ roundings in all.
 const RUN: usize = 16;
@@ -39,7 +43,8 @@ pub fn ewa(env: &Env, texture: &Texture) -> [f64; 3] {
 ///
 /// Works in the plane of the fragment's face. Points of the lattice (i + ½)·h − 1 inside the face are
 /// texels; outside, the direction (1, u, v) chooses face and coordinates anew and is read bilinearly.
-/// Where the ellipse would hold more than [`MOST_POINTS`] points, the first coarser mip level that
+/// Where the ellipse would hold more than [`MOST_POINTS`] points, or spans [`FINE_ENOUGH`] texels even across
+/// its minor axis, the first coarser mip level that
 /// does not takes the place of level 0 (texels, N and h alike); 3σ of the finest is 1.2 texels, so
 /// there is always a point.
 #[must_use]
@@ -158,7 +163,8 @@ impl Lattice {
     }
 }
 
-/// The finest lattice with at most [`MOST_POINTS`] points in the ellipse, and Σ in its units.
+/// The first lattice with at most [`MOST_POINTS`] points in the ellipse and a minor axis below
+/// [`FINE_ENOUGH`], and Σ in its units.
 fn fitting_lattice(k: [f64; 3], texture: &Texture) -> (Lattice, Form) {
     // The largest K is 2^1024: its λ of 2^512 fits at the latest 512 levels beyond the chain.
     let mut level = 0;
@@ -170,7 +176,10 @@ fn fitting_lattice(k: [f64; 3], texture: &Texture) -> (Lattice, Form) {
         let own = f64::product_difference(a, c, b, b).max(0.0);
         let determinant = own + texel * (a + c) + texel * texel;
         let points = 9.0 * PI * determinant.sqrt();
-        if points <= MOST_POINTS || level >= 2000 {
+        let trace = a + c + 2.0 * texel;
+        let spread = (trace * trace - 4.0 * determinant).max(0.0).sqrt();
+        let minor = 2.0 * determinant / (trace + spread);
+        if (points <= MOST_POINTS && minor < FINE_ENOUGH) || level >= 2000 {
             let covariance = [a + texel, b, c + texel];
             let form = Form {
                 covariance,
