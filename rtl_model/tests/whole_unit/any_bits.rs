@@ -95,7 +95,7 @@ fn sweep(seeds: std::ops::Range<u64>, spread: i64) -> (usize, usize) {
             .then(|| any_texture(&mut rng, &config, usize::try_from(size).expect("small")))
             .flatten();
         let words: Vec<Words> = (0..9).map(|_| any_words(&mut rng)).collect();
-        let result = std::panic::catch_unwind(|| run::<8>(&unit, texture.as_ref(), &words));
+        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture.as_ref(), &words));
         assert!(result.is_ok(), "seed {seed}, spread {spread}");
         legal += 1;
     }
@@ -161,13 +161,13 @@ fn random_words_never_panic_in_units_grown_to_the_limits() {
         let (config, unit) = grown(&mut rng, needs);
         let texture = any_texture(&mut rng, &config, 4);
         let words: Vec<Words> = (0..32).map(|_| any_words(&mut rng)).collect();
-        let result = std::panic::catch_unwind(|| run::<8>(&unit, texture.as_ref(), &words));
+        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture.as_ref(), &words));
         assert!(result.is_ok(), "seed {seed}");
     }
 }
 
 #[test]
-fn one_eight_and_thirty_two_lanes_give_the_same_registers_and_results() {
+fn one_and_thirty_two_lanes_give_the_same_registers_and_results() {
     let mut compared = 0;
     for seed in 0..200 {
         let mut rng = Rng(seed ^ 0xacce_55ed);
@@ -179,11 +179,8 @@ fn one_eight_and_thirty_two_lanes_give_the_same_registers_and_results() {
         let texture = any_texture(&mut rng, &config, 16);
         let words: Vec<Words> = (0..45).map(|_| any_words(&mut rng)).collect();
         let one = run::<1>(&unit, texture.as_ref(), &words);
-        let eight = run::<8>(&unit, texture.as_ref(), &words);
         let many = run::<32>(&unit, texture.as_ref(), &words);
-        assert_eq!(one.results, eight.results, "seed {seed}");
         assert_eq!(one.results, many.results, "seed {seed}");
-        assert!(one.registers == eight.registers, "seed {seed}");
         assert!(one.registers == many.registers, "seed {seed}");
         let different = one.results.iter().any(|r| r != &one.results[0]);
         compared += usize::from(different);
