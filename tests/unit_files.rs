@@ -167,7 +167,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
         ),
         (
             "[hit]\niterations = 4\n",
-            "line 2, column 14, hit.iterations",
+            "line 2, column 1, hit.iterations",
             "ENV",
         ),
         (

@@ -226,7 +226,15 @@ impl Reader<'_> {
                 return self.fail(value.span().start, &path, error);
             }
             if !self.known.contains(&path) {
-                return self.fail(key.span().start, &path, unknown(&path));
+                // A path that is understood but never shown, such as a block's overflow, has its own words.
+                let own = convert(value.get_ref())
+                    .map(|v| self.spec.clone().assign(&path, &v))
+                    .filter(|r| r.as_ref().err() != Some(&unknown(&path)));
+                match own {
+                    None => return self.fail(key.span().start, &path, unknown(&path)),
+                    Some(Err(e)) => return self.fail(value.span().start, &path, e),
+                    Some(Ok(())) => {}
+                }
             }
             let Some(converted) = convert(value.get_ref()) else {
                 let error = InputError::new(
