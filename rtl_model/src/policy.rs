@@ -1,35 +1,8 @@
 //! Policies: the choices of algorithm that every engine honours, as closed sets of named values.
 
-macro_rules! policy {
-    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? } default $default:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum $name { $($(#[$vdoc])* $variant),+ }
+use crate::literals::literals;
 
-        impl $name {
-            /// Every value, in the order in which the documentation lists them.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-
-            /// The literal that unit files use.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $text),+ }
-            }
-
-            /// The value with that literal, if there is one.
-            #[must_use]
-            pub fn parse(text: &str) -> Option<Self> {
-                match text { $($text => Some(Self::$variant),)+ _ => None }
-            }
-        }
-
-        impl Default for $name {
-            fn default() -> Self { Self::$default }
-        }
-    };
-}
-
-policy! {
+literals! {
     /// How the number of probes follows from the line length M and the probe width m (texels).
     Count {
         /// clamp(⌈M/m − 2⁻⁸⌉, 1, max).
@@ -43,7 +16,7 @@ policy! {
     } default Ceil
 }
 
-policy! {
+literals! {
     /// Where the direction of the probe line comes from.
     Axis {
         /// Schilling: sine and cosine from the angle table.
@@ -55,7 +28,7 @@ policy! {
     } default EigenTable
 }
 
-policy! {
+literals! {
     /// Weights of the probes along the line.
     Weights {
         /// All alike.
@@ -65,7 +38,7 @@ policy! {
     } default Box
 }
 
-policy! {
+literals! {
     /// How the minor axis λ2 is found.
     Minor {
         /// Equation 17 of the paper: ½(a + c − √…), which cancels for thin ellipses.
@@ -75,7 +48,7 @@ policy! {
     } default Paper
 }
 
-policy! {
+literals! {
     /// What stands for the derivative of the modified normal.
     Dnmod {
         /// ∂n of the interpolated normal, as in the paper.
@@ -87,7 +60,7 @@ policy! {
     } default Normal
 }
 
-policy! {
+literals! {
     /// Where the entries of the angle table lie inside −45°…+45°.
     Placement {
         /// Entry k at −45° + 90°·k/n; 0° is an entry.
@@ -97,7 +70,7 @@ policy! {
     } default Edges
 }
 
-policy! {
+literals! {
     /// What is interpolated between texels and levels of the roughness pyramid.
     RoughnessInterpolation {
         /// The moments; B is formed after the interpolation.
@@ -107,7 +80,7 @@ policy! {
     } default Moments
 }
 
-policy! {
+literals! {
     /// Where the mean curvature of the bump map inside a footprint is counted.
     Curvature {
         /// In the roughness pyramid, as in the paper.
