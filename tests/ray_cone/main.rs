@@ -7,3 +7,4 @@
 
 mod formats;
 mod grid;
+mod operations;

@@ -29,7 +29,9 @@ impl Dyadic {
         Self {
             negative: negative && m != 0,
             m,
-            e: if e > MAX_EXPONENT {
+            e: if m == 0 {
+                0
+            } else if e > MAX_EXPONENT {
                 MAX_EXPONENT
             } else if e < -MAX_EXPONENT {
                 -MAX_EXPONENT

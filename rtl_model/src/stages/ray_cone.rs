@@ -25,7 +25,7 @@ pub struct ConeConfig {
     /// Order of the two in a packed word.
     pub order: LaneOrder,
     /// Seed of stochastic stores.
-    pub seed: u64,
+    pub seed: u32,
     /// The note's rules or those of OptiX Toolkit's code.
     pub rules: ConeRules,
     /// What a diffuse scatter of OptiX Toolkit writes.
@@ -57,7 +57,7 @@ impl Cfg {
             format: cone.format.float(),
             order: cone.order,
             rounding: cone.rounding,
-            seed: cone.seed,
+            seed: cone.seed.into(),
             rules: cone.rules,
             set_diffuse: cone.set_diffuse,
         }
@@ -365,5 +365,39 @@ pub fn choose(cfg: &Cfg, cones: [Cone; 2], larger: Larger, alone: bool) -> Cone 
         first
     } else {
         second
+    }
+}
+
+/// One operation with its operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Along the ray by a distance.
+    Propagate(Dyadic),
+    /// At a mirror of a curvature.
+    Reflect(Dyadic),
+    /// Through a surface of a curvature, from the index `outside` to `inside`.
+    Refract {
+        /// Curvature.
+        curvature: Dyadic,
+        /// Index of the incident side.
+        outside: Dyadic,
+        /// Index of the other side.
+        inside: Dyadic,
+    },
+    /// At a BSDF or phase function of a value.
+    Scatter(Dyadic),
+}
+
+/// The cone after one operation.
+pub fn ray_cone(cfg: &Cfg, cone: Cone, step: Step, dither: &mut Dither, flags: &mut Flags) -> Cone {
+    match step {
+        Step::Propagate(distance) => propagate(cfg, cone, distance, dither, flags),
+        Step::Reflect(curvature) => reflect(cfg, cone, curvature, dither, flags),
+        Step::Refract {
+            curvature,
+            outside,
+            inside,
+        } => refract(cfg, cone, curvature, [outside, inside], dither, flags),
+        Step::Scatter(bsdf) => scatter(cfg, cone, bsdf, dither, flags),
     }
 }
