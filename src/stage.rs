@@ -15,6 +15,8 @@ pub enum Stage {
     Jacobian,
     /// The roughness ellipse B carried to the face: B'.
     Roughness,
+    /// Angle and width of a ray cone on its way.
+    RayCone,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -29,13 +31,14 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
         Self::CubeFace,
         Self::Jacobian,
         Self::Roughness,
+        Self::RayCone,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -53,6 +56,7 @@ impl Stage {
             Self::CubeFace => "cube_face",
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",
+            Self::RayCone => "ray_cone",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

@@ -13,6 +13,7 @@
 
 extern crate alloc;
 
+pub mod cone;
 pub mod config;
 pub mod fx;
 mod literals;

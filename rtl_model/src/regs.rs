@@ -155,6 +155,12 @@ pub enum Event {
     InputNotFinite,
     /// A probe left the fragment's face and was looked up on another one.
     AddressOtherFace,
+    /// A cone's angle was beyond its format: ± the largest number was taken.
+    ConeAngleSaturated,
+    /// A cone's width was beyond its format: ± the largest number was taken.
+    ConeWidthSaturated,
+    /// A number of a cone was infinite or not a number: the largest finite number, or 0, was taken.
+    ConeNotFinite,
 }
 
 impl Event {
@@ -164,6 +170,9 @@ impl Event {
         Self::FaceZero,
         Self::InputNotFinite,
         Self::AddressOtherFace,
+        Self::ConeAngleSaturated,
+        Self::ConeWidthSaturated,
+        Self::ConeNotFinite,
     ];
     /// How many there are.
     pub const COUNT: usize = Self::ALL.len();
@@ -176,6 +185,9 @@ impl Event {
             Self::FaceZero => "cube_face.zero",
             Self::InputNotFinite => "reflect.non_finite",
             Self::AddressOtherFace => "address.other_face",
+            Self::ConeAngleSaturated => "ray_cone.angle.saturated",
+            Self::ConeWidthSaturated => "ray_cone.width.saturated",
+            Self::ConeNotFinite => "ray_cone.non_finite",
         }
     }
 

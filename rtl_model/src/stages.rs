@@ -14,6 +14,7 @@ pub mod filter;
 pub mod footprint;
 pub mod jacobian;
 pub mod local_frame;
+pub mod ray_cone;
 pub mod reflect;
 pub mod roughness;
 

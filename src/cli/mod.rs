@@ -17,6 +17,7 @@ mod scenes;
 mod subject;
 mod tables;
 mod trace;
+mod trace_cone;
 mod trace_pixel;
 mod unit;
 

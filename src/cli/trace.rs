@@ -10,7 +10,7 @@ use rtl_model::{Texture, Unit};
 use serde_json::{Map, Number, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::{Failure, json_lines, subject, trace_pixel};
+use super::{Failure, json_lines, subject, trace_cone, trace_pixel};
 use crate::cube::{CubeMap, FACE_NAMES};
 use crate::engine::encode;
 use crate::engine::probe::{Code, RtlProbe, rtl};
@@ -103,6 +103,13 @@ impl Tracer {
             probe: RtlProbe::default(),
             spec,
         })
+    }
+
+    fn cone_output(&self) -> trace_cone::Output {
+        trace_cone::Output {
+            engine: self.engine,
+            raw: self.raw,
+        }
     }
 
     fn code(&self, code: Code) -> Value {
@@ -361,6 +368,11 @@ fn one(
     };
     if text.trim().is_empty() {
         return Ok(None);
+    }
+    if let Some(answer) =
+        trace_cone::answer(&tracer.spec, tracer.cone_output(), subject, number, text)?
+    {
+        return Ok(Some(answer));
     }
     let (line, fragment) = json_lines::parse(subject, number, text)?;
     let out = tracer.out(&fragment)?;

@@ -18,6 +18,7 @@ pub mod footprint;
 pub mod jacobian;
 pub mod local_frame;
 pub mod prepared;
+pub mod ray_cone;
 pub mod real;
 pub mod reflect;
 pub mod roughness;

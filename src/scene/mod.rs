@@ -63,6 +63,21 @@ const SMOOTH: &[Stage] = &[
     Stage::Filter,
 ];
 
+/// The stages of a scene with a bump map and roughness.
+const BUMPY: &[Stage] = &[
+    Stage::LocalFrame,
+    Stage::Bump,
+    Stage::Reflect,
+    Stage::CubeFace,
+    Stage::Jacobian,
+    Stage::Roughness,
+    Stage::Covariance,
+    Stage::Eigen,
+    Stage::Footprint,
+    Stage::Address,
+    Stage::Filter,
+];
+
 /// Every built-in scene.
 pub const SCENES: &[SceneInfo] = &[
     SceneInfo {
@@ -87,13 +102,13 @@ pub const SCENES: &[SceneInfo] = &[
         name: "scratches",
         description: "a curved steel plate with scratches and brushed areas: steep bump map, roughness",
         operations: &["env"],
-        stages: &Stage::ALL,
+        stages: BUMPY,
     },
     SceneInfo {
         name: "waves",
         description: "water up to the horizon: a bump map under every minification, roughness",
         operations: &["env"],
-        stages: &Stage::ALL,
+        stages: BUMPY,
     },
 ];
 
