@@ -9,6 +9,8 @@ pub enum Stage {
     Bump,
     /// The reflected direction.
     Reflect,
+    /// A ray's hit with the surface of a distance map.
+    Hit,
     /// Face, reciprocal of the major component, coordinates on the face.
     CubeFace,
     /// Derivatives of the face coordinates by screen position: the matrix D.
@@ -29,10 +31,11 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
+        Self::Hit,
         Self::CubeFace,
         Self::Jacobian,
         Self::Roughness,
@@ -50,6 +53,7 @@ impl Stage {
             Self::LocalFrame => "local_frame",
             Self::Bump => "bump",
             Self::Reflect => "reflect",
+            Self::Hit => "hit",
             Self::CubeFace => "cube_face",
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",

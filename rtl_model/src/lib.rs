@@ -14,6 +14,7 @@
 extern crate alloc;
 
 pub mod config;
+pub mod distance;
 pub mod fx;
 mod literals;
 pub mod policy;

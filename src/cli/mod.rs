@@ -16,6 +16,7 @@ mod scenes;
 mod subject;
 mod tables;
 mod trace;
+mod trace_hit;
 mod trace_pixel;
 mod unit;
 
