@@ -7,6 +7,7 @@ pub use rtl_model::policy;
 
 pub mod cli;
 pub mod cube;
+pub mod distance;
 pub mod engine;
 pub mod error;
 pub mod fragment;

@@ -17,6 +17,8 @@ pub enum Stage {
     Roughness,
     /// Angle and width of a ray cone on its way.
     RayCone,
+    /// A ray's hit with the surface of a distance map.
+    Hit,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -31,7 +33,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
@@ -39,6 +41,7 @@ impl Stage {
         Self::Jacobian,
         Self::Roughness,
         Self::RayCone,
+        Self::Hit,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -57,6 +60,7 @@ impl Stage {
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",
             Self::RayCone => "ray_cone",
+            Self::Hit => "hit",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

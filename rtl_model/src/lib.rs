@@ -15,6 +15,7 @@ extern crate alloc;
 
 pub mod cone;
 pub mod config;
+pub mod distance;
 pub mod fx;
 mod literals;
 pub mod policy;

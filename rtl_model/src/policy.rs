@@ -130,3 +130,98 @@ literals! {
         Exact = "exact",
     } default Exact
 }
+
+literals! {
+    /// How HIT finds its next ray parameter.
+    Method {
+        /// The paper's: towards the far point (eq. 2) until a step overshoots, then between both ends (eq. 3).
+        FalsePosition = "false-position",
+        /// Before an overshoot the line through the last two results, at most 4·dist(R) long; eq. 3 after it.
+        Secant = "secant",
+        /// False position; on a second result on the same side in a row the other end's residual is halved.
+        Illinois = "illinois",
+    } default FalsePosition
+}
+
+literals! {
+    /// How a distance is read from its cube map.
+    LookUp {
+        /// The texel that the direction meets.
+        Nearest = "nearest",
+        /// Bilinear between four texels of level 0.
+        Bilinear = "bilinear",
+    } default Bilinear
+}
+
+literals! {
+    /// The shape of a ray cone's footprint at the hit.
+    HitFootprint {
+        /// A disc across the ray.
+        Disc = "disc",
+        /// The cone's cut with the wall's plane.
+        Plane = "plane",
+    } default Disc
+}
+
+literals! {
+    /// What HIT does with a ray that starts outside of the reference surface.
+    Outside {
+        /// Stops there with the status `outside`.
+        Stop = "stop",
+        /// Goes on, as the paper's HLSL does.
+        Hlsl = "hlsl",
+    } default Stop
+}
+
+literals! {
+    /// How a ray's search for its hit ended.
+    HitStatus {
+        /// The last ratio lies within 1 ± τ.
+        Converged = "converged",
+        /// The steps ran out.
+        MaxIterations = "max-iterations",
+        /// No step is left: a denominator of 0, a step of 0, or a bracket of one unit.
+        Stalled = "stalled",
+        /// Nothing lies in the ray's direction: the map's distance there is infinite.
+        Escaped = "escaped",
+        /// The ray starts on the reference surface.
+        AtSurface = "at-surface",
+        /// The ray starts outside of the reference surface.
+        Outside = "outside",
+    } default MaxIterations
+}
+
+/// Most look-ups of a HIT loop.
+pub const MAX_ITERATIONS: u32 = 64;
+/// Most bits of HIT's tolerance τ = 2^−bits.
+pub const MAX_TOLERANCE_BITS: u32 = 24;
+
+/// Policies of the HIT operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HitPolicy {
+    /// Most look-ups in the loop (0…[`MAX_ITERATIONS`]).
+    pub iterations: u32,
+    /// How the next ray parameter is found.
+    pub method: Method,
+    /// τ = 2^−bits (1…[`MAX_TOLERANCE_BITS`]); `None` is τ = 0.
+    pub tolerance_bits: Option<u32>,
+    /// How a distance is read.
+    pub look_up: LookUp,
+    /// The footprint's shape at the hit.
+    pub footprint: HitFootprint,
+    /// What becomes of a ray that starts outside.
+    pub outside: Outside,
+}
+
+impl Default for HitPolicy {
+    fn default() -> Self {
+        Self {
+            iterations: 4,
+            method: Method::default(),
+            tolerance_bits: Some(10),
+            look_up: LookUp::default(),
+            footprint: HitFootprint::default(),
+            outside: Outside::default(),
+        }
+    }
+}

@@ -1,9 +1,11 @@
 //! The unit: stages wired for what a scene needs, over blocks of lanes.
 
 mod block;
+mod hit;
 mod run;
 
 pub use block::{Needs, Ports, Results, State, Words};
+pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::{Flags, Quantizer};

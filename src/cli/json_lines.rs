@@ -5,7 +5,7 @@ use serde_json::error::Category;
 use serde_json::value::RawValue;
 
 use crate::error::InputError;
-use crate::fragment::Fragment;
+use crate::fragment::{Fragment, HitFragment};
 
 /// A line as it came: keys in order, values letter by letter.
 #[derive(Debug)]
@@ -85,6 +85,18 @@ impl<'de> serde::Deserialize<'de> for Entries {
     }
 }
 
+/// What a line asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Op {
+    /// Filter the environment for a fragment.
+    Env(Fragment),
+    /// Find where a ray meets a distance map.
+    Hit(HitFragment),
+}
+
+/// Keys of a `hit` line beside `id` and `out`.
+const HIT_KEYS: [&str; 4] = ["op", "x", "r", "cone"];
+
 /// Keys of an `env` line beside `id` and `out`.
 const KEYS: [&str; 10] = [
     "op", "v", "n", "dv_dx", "dv_dy", "dn_dx", "dn_dy", "h", "bump", "rough",
@@ -129,11 +141,7 @@ pub(super) fn with_op(text: &str, op: &str) -> Option<Line> {
 }
 
 /// Reads one line; `number` counts from 1.
-pub(super) fn parse(
-    subject: &str,
-    number: usize,
-    text: &str,
-) -> Result<(Line, Fragment), InputError> {
+pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, Op), InputError> {
     let here = |column: Option<usize>| match column {
         Some(column) => format!("line {number}, column {column}"),
         None => format!("line {number}"),
@@ -172,30 +180,41 @@ pub(super) fn parse(
     let wrong = |key: &str, expected: &str, found: String| Err(error(key, expected, found));
     let op = find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
     match op.as_deref() {
-        Some("env") => {}
-        Some(op @ ("hit" | "tex")) => {
+        Some("env" | "hit") => {}
+        Some(op @ "tex") => {
             return wrong(
                 "op",
-                "\"env\"",
+                "\"env\", \"hit\" or \"cone\"",
                 format!("\"{op}\", which this version does not build"),
             );
         }
-        Some(op) => return wrong("op", "\"env\"", format!("\"{}\"", short(op))),
+        Some(op) => {
+            return wrong(
+                "op",
+                "\"env\", \"hit\" or \"cone\"",
+                format!("\"{}\"", short(op)),
+            );
+        }
         None => {
             return wrong(
                 "op",
-                "\"env\"",
+                "\"env\", \"hit\" or \"cone\"",
                 find("op").map_or("nothing".into(), |v| short(v.get())),
             );
         }
     }
+    let keys: &[&str] = if op.as_deref() == Some("hit") {
+        &HIT_KEYS
+    } else {
+        &KEYS
+    };
     if let Some((key, _)) = entries
         .iter()
-        .find(|(k, _)| k != "id" && !KEYS.contains(&k.as_str()))
+        .find(|(k, _)| k != "id" && !keys.contains(&k.as_str()))
     {
         return wrong(
             &short(key),
-            &format!("the keys {}, id", KEYS.join(", ")),
+            &format!("the keys {}, id", keys.join(", ")),
             "an unknown key".into(),
         );
     }
@@ -207,6 +226,16 @@ pub(super) fn parse(
             None => Err(error(key, "an array of 3 numbers", "nothing".into())),
         }
     };
+    if op.as_deref() == Some("hit") {
+        let ray = HitFragment {
+            x: vector("x")?,
+            r: vector("r")?,
+            cone: find("cone")
+                .map(|v| numbers(v).map_err(|found| error("cone", "an array of 2 numbers", found)))
+                .transpose()?,
+        };
+        return Ok((Line { entries }, Op::Hit(ray)));
+    }
     let fragment = Fragment {
         v: vector("v")?,
         n: vector("n")?,
@@ -228,7 +257,7 @@ pub(super) fn parse(
             return wrong(key, "the main direction `h` beside it", "no `h`".into());
         }
     }
-    Ok((Line { entries }, fragment))
+    Ok((Line { entries }, Op::Env(fragment)))
 }
 
 /// An array of `N` numbers; "inf", "-inf" and "nan" are numbers too.

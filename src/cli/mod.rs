@@ -18,6 +18,7 @@ mod subject;
 mod tables;
 mod trace;
 mod trace_cone;
+mod trace_hit;
 mod trace_pixel;
 mod unit;
 

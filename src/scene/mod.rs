@@ -159,11 +159,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The stages that this scene needs: with a bump map all of them.
+    /// The stages that this scene needs: with a bump map those of roughness, too.
     #[must_use]
     pub fn stages(&self) -> &'static [Stage] {
         if self.surface.pyramid.is_some() {
-            &Stage::ALL
+            BUMPY
         } else {
             SMOOTH
         }

@@ -7,8 +7,8 @@ use rtl_model::regs::{Kind, Reg};
 
 use super::UnitSpec;
 use crate::policy::{
-    Axis, ConeRules, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, SetDiffuse,
-    Weights,
+    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, Method, Minor, Outside,
+    Placement, RoughnessInterpolation, SetDiffuse, Weights,
 };
 use crate::settings::IDENTITY;
 
@@ -244,6 +244,49 @@ impl UnitSpec {
             &names(SetDiffuse::ALL, SetDiffuse::name),
             true,
             "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
+        );
+        let hit = &c.hit;
+        add(
+            "hit.iterations",
+            int(hit.iterations),
+            "0…64",
+            true,
+            "most look-ups of the search for a hit",
+        );
+        add(
+            "hit.method",
+            text(hit.method.name()),
+            &names(Method::ALL, Method::name),
+            true,
+            "how the search finds its next point",
+        );
+        add(
+            "hit.tolerance_bits",
+            hit.tolerance_bits.map_or_else(|| text("off"), int),
+            "off | 1…24",
+            true,
+            "τ = 2^-bits, off: τ = 0; the search ends where the ratio lies within 1 ± τ",
+        );
+        add(
+            "hit.lookup",
+            text(hit.look_up.name()),
+            &names(LookUp::ALL, LookUp::name),
+            true,
+            "how a distance is read",
+        );
+        add(
+            "hit.footprint",
+            text(hit.footprint.name()),
+            &names(HitFootprint::ALL, HitFootprint::name),
+            true,
+            "shape of a cone's footprint at the hit",
+        );
+        add(
+            "hit.outside",
+            text(hit.outside.name()),
+            &names(Outside::ALL, Outside::name),
+            true,
+            "what becomes of a ray that starts outside of the reference surface",
         );
         let rotation = self.rotation.unwrap_or(IDENTITY);
         add(

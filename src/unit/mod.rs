@@ -117,6 +117,7 @@ impl UnitSpec {
             roughness_curvature: self.roughness_curvature,
             minor: c.minor,
             dnmod: c.dnmod,
+            hit: c.hit,
             rotation: self.rotation.unwrap_or(IDENTITY),
             reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
                 .then_some(table),

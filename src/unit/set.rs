@@ -10,7 +10,8 @@ use super::UnitSpec;
 use super::knobs::{Value, canonical, names};
 use crate::error::InputError;
 use crate::policy::{
-    Axis, ConeRules, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, SetDiffuse,
+    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, MAX_ITERATIONS,
+    MAX_TOLERANCE_BITS, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse,
     Weights,
 };
 use crate::settings::IDENTITY;
@@ -105,6 +106,22 @@ impl UnitSpec {
                 }
                 _ => wrong("an even number from 2 to 1024"),
             },
+            "hit.iterations" => number!(c.hit.iterations, 0, MAX_ITERATIONS),
+            "hit.method" => literal!(Method, c.hit.method),
+            "hit.tolerance_bits" => match (value, whole(1, MAX_TOLERANCE_BITS)) {
+                (Value::Text(t), _) if t == "off" => {
+                    c.hit.tolerance_bits = None;
+                    Ok(())
+                }
+                (_, Some(bits)) => {
+                    c.hit.tolerance_bits = Some(bits);
+                    Ok(())
+                }
+                (_, None) => wrong("\"off\" or a whole number from 1 to 24"),
+            },
+            "hit.lookup" => literal!(LookUp, c.hit.look_up),
+            "hit.footprint" => literal!(HitFootprint, c.hit.footprint),
+            "hit.outside" => literal!(Outside, c.hit.outside),
             "eigen.placement" => literal!(Placement, c.placement),
             "eigen.minor" => literal!(Minor, c.minor),
             "filter.weight_bits" => number!(c.weight_bits, 1, 8),
