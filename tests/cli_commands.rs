@@ -38,7 +38,7 @@ fn commands_of_later_versions_say_so_whatever_follows() {
     ] {
         tapline(args).refused(&[args[0], "not built yet"]);
     }
-    for flag in ["--mesh", "--distance"] {
+    for flag in ["--distance"] {
         for args in [
             &["compare", "sphere", flag, "x"][..],
             &[

@@ -67,9 +67,9 @@ pub(super) struct SceneArgs {
         allow_negative_numbers = true
     )]
     pub(super) max_image_mb: u64,
-    /// Of a later version.
-    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
-    mesh: Option<Option<String>>,
+    /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
+    #[arg(long, value_name = "FILE")]
+    pub(super) mesh: Option<PathBuf>,
     /// Of a later version.
     #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
     distance: Option<Option<String>>,
@@ -78,7 +78,7 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Refuses, in plain words, the flags of operations that are not built yet.
     pub(super) fn refuse_later(&self) -> Result<(), InputError> {
-        for (flag, given) in [("--mesh", &self.mesh), ("--distance", &self.distance)] {
+        for (flag, given) in [("--distance", &self.distance)] {
             if given.is_some() {
                 return Err(InputError::new(
                     flag,
