@@ -4,10 +4,12 @@ pub mod bump;
 pub mod bump_maps;
 pub mod dual;
 pub mod environment;
+pub mod hit;
 pub mod moments;
 pub mod pyramid;
 pub mod surface;
 mod views;
+pub mod world;
 
 use std::sync::Arc;
 
@@ -286,24 +288,8 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         ));
     };
     let SceneOptions { width, height, .. } = *options;
-    let side = 1..=MAX_SIDE;
-    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
-        return Err(InputError::new(
-            "picture size",
-            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
-            format!("{width}x{height}"),
-            "choose another --size",
-        ));
-    }
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
-    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
-        return Err(InputError::new(
-            "face size",
-            format!("1 to {MAX_FACE_SIZE} texels"),
-            face_size.to_string(),
-            "choose another --face-size",
-        ));
-    }
+    check_size(width, height, face_size)?;
     let map = match &options.bump {
         Some(source) => Some(BumpMap::new(source)?),
         None => match info.name {
@@ -334,6 +320,28 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         fragments,
         surface,
     })
+}
+
+/// Refuses pictures and procedural environments without texels or too large for memory.
+fn check_size(width: usize, height: usize, face_size: usize) -> Result<(), InputError> {
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
+        return Err(InputError::new(
+            "picture size",
+            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
+            format!("{width}x{height}"),
+            "choose another --size",
+        ));
+    }
+    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
+        return Err(InputError::new(
+            "face size",
+            format!("1 to {MAX_FACE_SIZE} texels"),
+            face_size.to_string(),
+            "choose another --face-size",
+        ));
+    }
+    Ok(())
 }
 
 /// The fragments of every pixel whose centre meets the surface, row by row.
