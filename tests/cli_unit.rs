@@ -90,7 +90,10 @@ fn bad_unit_files_are_refused_with_their_place() {
         (long.as_bytes(), &["line 2", "xxx…"]),
         (
             b"[registers.footprint.line]\nint=20\nfrac=38",
-            &["u.toml, registers.footprint"],
+            &[
+                "line 3, column 6, registers.footprint.line.frac",
+                "at registers.footprint.step",
+            ],
         ),
     ];
     for (text, parts) in cases {
@@ -128,7 +131,7 @@ fn good_unit_files_of_every_style_are_taken() {
     }
     assert_ne!(hash(check(b"")), expected);
     // A register may be wide between two lines.
-    check(b"[registers.cube_face.u]\nfrac=58\nint=0\n").refused(&["exact"]);
+    check(b"[registers.cube_face.u]\nfrac=58\nint=0\n").refused(&["exact", "line 2, column 6"]);
     tapline(&[
         "unit",
         "check",

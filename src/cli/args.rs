@@ -22,8 +22,8 @@ pub(super) struct UnitArgs {
 impl UnitArgs {
     /// The unit, checked: its configuration can be exact inside with every stage built.
     pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
-        let spec = file::load(self.unit.as_deref(), &self.sets)?;
-        super::unit::check_named(&spec, self.unit.as_deref(), &self.sets)?;
+        let (spec, origins) = file::load(self.unit.as_deref(), &self.sets)?;
+        origins.check(&spec, super::unit::check)?;
         Ok(spec)
     }
 }

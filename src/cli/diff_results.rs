@@ -236,6 +236,6 @@ fn shown(value: &Value) -> String {
         Value::Number(n) if n.is_f64() => n
             .as_f64()
             .map_or_else(|| n.to_string(), |x| significant(x, 5)),
-        other => other.to_string(),
+        Value::Bool(_) | Value::Number(_) | Value::Array(_) | Value::Object(_) => value.to_string(),
     }
 }
