@@ -6,6 +6,10 @@
 //!
 //! Source: Szirmay-Kalos, Aszódi, Lazányi, "Ray Tracing Effects without Tracing Rays" (2005).
 
+pub mod footprints;
+pub mod iterate;
+pub mod sampler;
+pub mod study;
 pub mod write;
 
 use rayon::prelude::*;
@@ -94,12 +98,7 @@ impl Impostor {
     }
 }
 
-fn colour(
-    world: &World,
-    reference: [f64; 3],
-    size: usize,
-    [face, x, y]: [usize; 3],
-) -> [f32; 3] {
+fn colour(world: &World, reference: [f64; 3], size: usize, [face, x, y]: [usize; 3]) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for j in 0..SAMPLES {
         for i in 0..SAMPLES {
@@ -193,7 +192,10 @@ mod tests {
             let axis = wall / 2;
             let plane = if wall % 2 == 0 { room.high } else { room.low };
             // Distances below 10, rounded to f32: half an ulp is 2⁻²¹.
-            assert!((point[axis] - plane[axis]).abs() < 1e-6, "{index} {point:?}");
+            assert!(
+                (point[axis] - plane[axis]).abs() < 1e-6,
+                "{index} {point:?}"
+            );
             seen[wall] += 1;
             let [a, b] = [[2, 1], [0, 2], [0, 1]][axis];
             for (uv, k) in place.uv.into_iter().zip([a, b]) {

@@ -91,12 +91,7 @@ impl HitScene {
 /// radius.
 fn view(name: &str, width: usize, height: usize) -> View {
     let (world, eye, centre, radius): (_, [f64; 3], [f64; 3], f64) = match name {
-        "columns" => (
-            built_in::columns(),
-            [-0.9, 1.0, 4.0],
-            [0.7, 0.9, -1.5],
-            0.7,
-        ),
+        "columns" => (built_in::columns(), [-0.9, 1.0, 4.0], [0.7, 0.9, -1.5], 0.7),
         "doorway" => (
             built_in::doorway(),
             [-0.9, 0.6, 4.2],

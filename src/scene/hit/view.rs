@@ -46,12 +46,7 @@ fn unit(a: [f64; 3]) -> [f64; 3] {
 
 /// A camera that looks from `eye` at `aim` with +y up.
 #[must_use]
-pub fn look_at(
-    eye: [f64; 3],
-    aim: [f64; 3],
-    [width, height]: [usize; 2],
-    focal: f64,
-) -> Camera {
+pub fn look_at(eye: [f64; 3], aim: [f64; 3], [width, height]: [usize; 2], focal: f64) -> Camera {
     let forward = unit([0, 1, 2].map(|i| aim[i] - eye[i]));
     let right = unit(cross(forward, [0.0, 1.0, 0.0]));
     Camera {

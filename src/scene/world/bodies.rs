@@ -100,7 +100,11 @@ fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
     }
     // One root by a sum of equal signs, the other by their product: neither cancels.
     let root = discriminant.sqrt();
-    let sum = if half > 0.0 { -half - root } else { root - half };
+    let sum = if half > 0.0 {
+        -half - root
+    } else {
+        root - half
+    };
     if sum == 0.0 {
         return Some([0.0, 0.0]);
     }
@@ -116,7 +120,11 @@ impl Body for Ball {
             .into_iter()
             .find(|t| *t > beyond)?;
         let outward = [0, 1, 2].map(|i| (from[i] + t * direction[i]) / self.radius);
-        let facing = if dot(outward, direction) > 0.0 { -1.0 } else { 1.0 };
+        let facing = if dot(outward, direction) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
         let turn = std::f64::consts::PI;
         Some(Meeting {
             t,
@@ -228,11 +236,21 @@ mod tests {
             high: [4.0, 5.0, 6.0],
         };
         let inside = cuboid.meet([0.0; 3], [2.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!((inside.t, inside.part, inside.normal), (2.0, 0, [-1.0, 0.0, 0.0]));
+        assert_eq!(
+            (inside.t, inside.part, inside.normal),
+            (2.0, 0, [-1.0, 0.0, 0.0])
+        );
         assert_eq!(inside.place, [3.0, 2.0]);
         let outside = cuboid.meet([-3.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!((outside.t, outside.part, outside.normal), (2.0, 1, [-1.0, 0.0, 0.0]));
-        assert!(cuboid.meet([-3.0, 9.0, 1.0], [1.0, 0.0, 0.0], 0.0).is_none());
+        assert_eq!(
+            (outside.t, outside.part, outside.normal),
+            (2.0, 1, [-1.0, 0.0, 0.0])
+        );
+        assert!(
+            cuboid
+                .meet([-3.0, 9.0, 1.0], [1.0, 0.0, 0.0], 0.0)
+                .is_none()
+        );
         assert!(cuboid.meet([9.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0).is_none());
         for part in 0..6 {
             let mut d = [0.0; 3];

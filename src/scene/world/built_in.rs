@@ -55,14 +55,13 @@ pub fn columns() -> World {
 /// The wall has three blocks: left and right of the opening (1.6 wide, 3.2 high) and above it.
 #[must_use]
 pub fn doorway() -> World {
-    let mut world = World::default()
-        .with(
-            Cuboid {
-                low: [-4.0, -2.0, -12.0],
-                high: [4.0, 3.0, 5.0],
-            },
-            Paint::Room,
-        );
+    let mut world = World::default().with(
+        Cuboid {
+            low: [-4.0, -2.0, -12.0],
+            high: [4.0, 3.0, 5.0],
+        },
+        Paint::Room,
+    );
     for (low, high) in [
         ([-4.0, -2.0, -2.6], [-0.4, 3.0, -2.3]),
         ([1.2, -2.0, -2.6], [4.0, 3.0, -2.3]),

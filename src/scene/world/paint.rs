@@ -140,7 +140,10 @@ fn wall(part: usize, place: [f64; 2], extent: [f64; 2], base: [f64; 3]) -> [f64;
         return panel(part, index, p, q);
     }
     if y < low {
-        return scaled(tiles(place, 0.25, 0.02, mix(base, [0.8; 3], 0.35), [0.05; 3]), light);
+        return scaled(
+            tiles(place, 0.25, 0.02, mix(base, [0.8; 3], 0.35), [0.05; 3]),
+            light,
+        );
     }
     if y < low + 0.06 {
         return [0.85, 0.80, 0.70];
@@ -201,8 +204,12 @@ mod tests {
         let paints = [
             Paint::Room,
             Paint::BackRoom,
-            Paint::Banded { colour: [0.5, 0.4, 0.3] },
-            Paint::Tiled { colour: [0.2, 0.4, 0.3] },
+            Paint::Banded {
+                colour: [0.5, 0.4, 0.3],
+            },
+            Paint::Tiled {
+                colour: [0.2, 0.4, 0.3],
+            },
         ];
         for paint in paints {
             for part in 0..6 {
@@ -213,7 +220,10 @@ mod tests {
                     for i in 0..600 {
                         let place = [f64::from(i) / 100.0, f64::from(j) / 100.0];
                         let glow = paint.glow(part, place, extent);
-                        assert!(glow.iter().all(|c| (0.0..=8.0).contains(c)), "{paint:?} {part}");
+                        assert!(
+                            glow.iter().all(|c| (0.0..=8.0).contains(c)),
+                            "{paint:?} {part}"
+                        );
                         let step = before.map_or(0.0, |b| (glow[0] - b).abs());
                         soft += usize::from(step > 0.0 && step < 0.02);
                         hard += usize::from(step > 0.04);
@@ -222,7 +232,10 @@ mod tests {
                 }
                 assert!(hard > 100, "{paint:?} {part}: {hard} edges");
                 let shaded = matches!(paint, Paint::Room | Paint::BackRoom);
-                assert!(!shaded || soft > 1000, "{paint:?} {part}: {soft} soft steps");
+                assert!(
+                    !shaded || soft > 1000,
+                    "{paint:?} {part}: {soft} soft steps"
+                );
             }
         }
     }
