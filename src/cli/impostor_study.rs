@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// Scene: room, columns, doorway.
     scene: String,
     /// Picture size: one ray a pixel.
-    #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = super::args::size)]
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = super::args::size)]
     size: (usize, usize),
     /// Texels along an edge of a face, where the table does not sweep them.
     #[arg(long, value_name = "N")]

@@ -122,7 +122,6 @@ impl View {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 mod tests {
     use super::*;
     use crate::scene::world::bodies::Ball;

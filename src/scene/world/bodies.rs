@@ -216,7 +216,10 @@ impl Body for Column {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#[expect(
+    clippy::float_cmp,
+    reason = "whole numbers, of which every step is exact"
+)]
 mod tests {
     use super::*;
 
