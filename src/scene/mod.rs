@@ -280,6 +280,14 @@ pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
 pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<Scene, InputError> {
     let Some(info) = SCENES.iter().find(|info| info.name == name) else {
         let names: Vec<_> = SCENES.iter().map(|info| info.name).collect();
+        if hit::is_hit_scene(name) {
+            return Err(InputError::new(
+                "scene",
+                format!("one of the ENV operation: {}", names.join(", ")),
+                format!("`{name}`, which needs the HIT operation"),
+                format!("`tapline impostor study {name}` measures it"),
+            ));
+        }
         return Err(InputError::new(
             "scene",
             format!("one of {}", names.join(", ")),
