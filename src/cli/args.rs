@@ -170,7 +170,7 @@ impl RunArgs {
     }
 }
 
-fn size(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn size(text: &str) -> Result<(usize, usize), String> {
     let parse = |t: &str| t.parse::<usize>().ok().filter(|n| *n > 0);
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))
