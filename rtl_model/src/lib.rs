@@ -15,6 +15,7 @@ extern crate alloc;
 
 pub mod config;
 pub mod fx;
+mod lanes;
 mod literals;
 pub mod policy;
 pub mod port;

@@ -230,6 +230,13 @@ pub(crate) fn take<const N: usize, const C: usize>(lanes: &Lanes<N, C>, i: usize
     out
 }
 
+/// One column of a matrix whose columns lie one after the other.
+#[inline(always)]
+pub(crate) fn column<const N: usize>(lanes: &Lanes<N, 6>, col: usize) -> &Lanes<N, 3> {
+    let (columns, _) = lanes.as_chunks();
+    columns.get(col).unwrap_or(&[[0; N]; 3])
+}
+
 /// Stores a vector into lane `i`.
 #[inline(always)]
 pub(crate) fn store<const N: usize, const C: usize>(

@@ -63,6 +63,22 @@ fn check_ranges(config: &Config) -> Result<(), ConfigError> {
     Ok(())
 }
 
+/// Whether every product of the stages before `address` has operands of at most 32 bits with their sign.
+///
+/// Four inner products may be wider: where they are multiplied they are split.
+fn has_narrow_products(config: &Config) -> bool {
+    const SPLIT: [Reg; 4] = [
+        Reg::JacNIdotDn,
+        Reg::JacPerpDotE,
+        Reg::JacVdotDn,
+        Reg::JacNdotDn,
+    ];
+    Reg::ALL
+        .iter()
+        .filter(|reg| !["address", "filter"].contains(&reg.info().stage) && !SPLIT.contains(reg))
+        .all(|reg| config.format(*reg).magnitude_bits() <= 31)
+}
+
 impl Unit {
     /// Compiles a configuration; refuses by name what could not be exact inside.
     pub fn new(config: &Config, needs: Needs, face_size: u32) -> Result<Self, ConfigError> {
@@ -115,7 +131,8 @@ impl Unit {
             filter: filter::Cfg::new(config)?,
             bump_frac: i64::from(config.format(Reg::BumpN).frac),
             step_frac: i64::from(config.format(Reg::FootStep).frac),
-            standard: config.formats.iter().all(|f| Quantizer::is_standard(*f)),
+            standard: config.formats.iter().all(|f| Quantizer::is_standard(*f))
+                && has_narrow_products(config),
         })
     }
 
