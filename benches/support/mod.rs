@@ -79,7 +79,7 @@ impl Bench {
                 let mut ports = Ports::default();
                 let mut state = State::default();
                 for words in chunk {
-                    engine.unit.load(&mut ports, words, &mut NoTap);
+                    engine.unit.load(&mut ports, words);
                 }
                 engine.unit.front(&ports, &mut state, &mut NoTap);
                 for lane in 0..ports.len {
@@ -180,7 +180,7 @@ impl Task for Part<'_> {
             for chunk in self.words.chunks(LANES) {
                 ports.len = 0;
                 for words in chunk {
-                    unit.load(&mut ports, words, &mut tap);
+                    unit.load(&mut ports, words);
                 }
                 sum += ports.len as u64;
             }

@@ -96,7 +96,7 @@ impl<F> Blocks<'_, F> {
     ) {
         ports.len = 0;
         for words in words {
-            self.unit.load(ports, words, tap);
+            self.unit.load(ports, words);
         }
         self.unit.env(ports, self.texture, state, out, tap);
     }
