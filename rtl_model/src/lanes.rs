@@ -56,12 +56,19 @@ pub(crate) fn dot<T: Tap>(a: [i64; 3], b: [i64; 3]) -> i64 {
     mul::<T>(a[0], b[0]) + mul::<T>(a[1], b[1]) + mul::<T>(a[2], b[2])
 }
 
-/// `f` of every lane.
+/// How many lanes the loops of a block run over when `used` are in use: a multiple of 8 where the block
+/// has as many. Not a constant, or the loops would be unrolled into more code than a cache holds.
 #[inline(always)]
-pub(crate) fn each<const N: usize>(f: impl Fn(usize) -> i64) -> [i64; N] {
+pub(crate) fn span<const N: usize>(used: usize) -> usize {
+    used.next_multiple_of(8).min(N)
+}
+
+/// `f` of the first `n` lanes.
+#[inline(always)]
+pub(crate) fn each<const N: usize>(n: usize, f: impl Fn(usize) -> i64) -> [i64; N] {
     let mut out = [0; N];
-    for (i, o) in out.iter_mut().enumerate() {
-        *o = f(i);
+    for i in 0..n.min(N) {
+        out[i] = f(i);
     }
     out
 }
@@ -81,14 +88,14 @@ pub(crate) struct Shift<const N: usize> {
 impl<const N: usize> Shift<N> {
     /// Shifts for the register `q`; a negative one is a left shift.
     #[inline(always)]
-    pub(crate) fn new(q: &Quantizer, shift: impl Fn(usize) -> i64) -> Self {
+    pub(crate) fn new(n: usize, q: &Quantizer, shift: impl Fn(usize) -> i64) -> Self {
         let mut out = Self {
             raw: [0; N],
             right: [0; N],
             mask: [0; N],
             left: [0; N],
             bias: [0; N],
-            beyond: [-1; N],
+            beyond: [0; N],
         };
         let (min, max) = (q.format.min_raw(), q.format.max_raw());
         let (bias, size) = (-min, max - min + 1);
@@ -100,7 +107,7 @@ impl<const N: usize> Shift<N> {
         } else {
             0
         };
-        for i in 0..N {
+        for i in 0..n.min(N) {
             let s = shift(i);
             // Beyond 62 less than half an LSB is left; 63 makes 0 of every |x| ≤ 2^62.
             let right = s.clamp(0, 63) & keep;
@@ -127,20 +134,25 @@ pub(crate) struct LaneBlock<const N: usize, const C: usize> {
 
 /// Zeros above the leading one of the largest component; 64 where all are zero.
 #[inline(always)]
-pub(crate) fn leading_zeros<const N: usize, const C: usize>(x: &Lanes<N, C>) -> [i64; N] {
-    let mut any = [0u64; N];
-    for x in x {
-        for (any, x) in any.iter_mut().zip(x) {
-            *any |= x.unsigned_abs();
+pub(crate) fn leading_zeros<const N: usize, const C: usize>(
+    n: usize,
+    x: &Lanes<N, C>,
+) -> [i64; N] {
+    let any: [i64; N] = each(n, |i| {
+        let mut any = 0;
+        for x in x {
+            any |= x[i].unsigned_abs();
         }
-    }
-    each(|i| i64::from(any[i].leading_zeros()))
+        any.cast_signed()
+    });
+    each(n, |i| i64::from(any[i].leading_zeros()))
 }
 
 /// Components moved `up` (so far that the block's leading one is next to the sign), then rounded by one
 /// shift for all lanes: ones that round up to the next power of two stay at the largest code.
 #[inline(always)]
 pub(crate) fn mantissas<const N: usize, const C: usize>(
+    n: usize,
     q: &Quantizer,
     x: &Lanes<N, C>,
     up: &[i64; N],
@@ -150,7 +162,7 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     let low = (1i64 << (down - 1)) - 1;
     let mut out = [[0; N]; C];
     for (out, x) in out.iter_mut().zip(x) {
-        for i in 0..N {
+        for i in 0..n.min(N) {
             let y = x[i] << (up[i] & 63);
             let kept = y >> down;
             let rest = y & (2 * low + 1);
@@ -159,7 +171,7 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     }
     if q.format.rounding != Rounding::HalfEven {
         for (out, x) in out.iter_mut().zip(x) {
-            round_other(q, x, up, down, out);
+            round_other(q, x, up, down, &mut out[..n]);
         }
     }
     out
@@ -168,30 +180,42 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
 /// Positive integers as mantissas in [1, 2) with 30 fraction bits and the powers of two beside them:
 /// x = m · 2^e. Bits below 2^−30 of the mantissas are dropped.
 #[inline(always)]
-pub(crate) fn mantissa<const N: usize>(x: &[i64; N]) -> ([i64; N], [i64; N]) {
-    let zeros = leading_zeros(core::array::from_ref(x));
-    let m = each(|i| ((x[i] << (zeros[i] & 63)).cast_unsigned() >> 33).cast_signed());
-    (m, each(|i| 63 - zeros[i]))
+pub(crate) fn mantissa<const N: usize>(n: usize, x: &[i64; N]) -> ([i64; N], [i64; N]) {
+    let zeros = leading_zeros(n, core::array::from_ref(x));
+    let m = each(n, |i| ((x[i] << (zeros[i] & 63)).cast_unsigned() >> 33).cast_signed());
+    (m, each(n, |i| 63 - zeros[i]))
 }
 
 /// Positive integers as m·4^q, m in [1, 4) with 30 fraction bits.
 #[inline(always)]
-pub(crate) fn mantissa4<const N: usize>(x: &[i64; N]) -> ([i64; N], [i64; N]) {
-    let zeros = leading_zeros(core::array::from_ref(x));
-    let m = each(|i| ((x[i] << (zeros[i] & 62)).cast_unsigned() >> 32).cast_signed());
-    (m, each(|i| (63 - zeros[i]) >> 1))
+pub(crate) fn mantissa4<const N: usize>(n: usize, x: &[i64; N]) -> ([i64; N], [i64; N]) {
+    let zeros = leading_zeros(n, core::array::from_ref(x));
+    let m = each(n, |i| ((x[i] << (zeros[i] & 62)).cast_unsigned() >> 32).cast_signed());
+    (m, each(n, |i| (63 - zeros[i]) >> 1))
 }
 
 /// Where register writes of whole lane arrays go: the flags of the lanes in use, and the tap.
 #[derive(Debug)]
 pub(crate) struct LaneSink<'a, const N: usize, T> {
+    /// How many lanes loops run over: [`span`] of those in use.
+    pub(crate) n: usize,
     /// Flags of the lanes in use.
     pub(crate) flags: &'a mut [Flags],
     /// Who listens.
     pub(crate) tap: &'a mut T,
 }
 
-impl<const N: usize, T: Tap> LaneSink<'_, N, T> {
+impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
+    /// A sink for the lanes that have flags.
+    #[inline(always)]
+    pub(crate) fn new(flags: &'a mut [Flags], tap: &'a mut T) -> Self {
+        Self {
+            n: span::<N>(flags.len()),
+            flags,
+            tap,
+        }
+    }
+
     /// Writes x(lane) (with the quantizer's own input fraction) to a fixed register whose nominal scale
     /// is 2^exponent(lane) in true units.
     #[inline(always)]
@@ -214,13 +238,13 @@ impl<const N: usize, T: Tap> LaneSink<'_, N, T> {
         let r = q.lanes;
         let mut out = [0; N];
         let mut any = 0;
-        for (i, o) in out.iter_mut().enumerate() {
+        for i in 0..self.n.min(N) {
             let y = r.round(x(i));
             any |= y + r.bias;
-            *o = y;
+            out[i] = y;
         }
         if any & r.beyond != 0 {
-            settle(q, reg, &mut out, self.flags);
+            settle(q, reg, &mut out[..self.n], self.flags);
         }
         out
     }
@@ -255,7 +279,7 @@ impl<const N: usize, T: Tap> LaneSink<'_, N, T> {
         let mut out = [0; N];
         let mut exact = [0; N];
         let mut any = 0;
-        for i in 0..N {
+        for i in 0..self.n.min(N) {
             let x = x(i);
             let (right, mask) = (shift.right[i], shift.mask[i]);
             let y = (x + (mask >> 1) + ((x >> right) & mask & 1)) >> right;
@@ -264,7 +288,7 @@ impl<const N: usize, T: Tap> LaneSink<'_, N, T> {
             exact[i] = x;
         }
         if any != 0 {
-            settle_shift((q, reg, most), &exact, &shift.raw, &mut out, self.flags);
+            settle_shift((q, reg, most), &exact, &shift.raw, &mut out[..self.n], self.flags);
         }
         out
     }
@@ -279,13 +303,14 @@ impl<const N: usize, T: Tap> LaneSink<'_, N, T> {
         frac: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
     ) -> LaneBlock<N, C> {
-        let zeros = leading_zeros(x);
+        let n = self.n;
+        let zeros = leading_zeros(n, x);
         let width = i64::from(q.format.magnitude_bits());
-        let out_frac = each(|i| {
+        let out_frac = each(n, |i| {
             let shift = 64 - zeros[i] - width;
             frac(i) - if zeros[i] == 64 { 0 } else { shift }
         });
-        let m = mantissas(q, x, &each(|i| zeros[i] - 1));
+        let m = mantissas(n, q, x, &each(n, |i| zeros[i] - 1));
         for (c, m) in m.iter().enumerate() {
             self.put(reg, c, m, |i| out_frac[i] - exponent(i));
         }

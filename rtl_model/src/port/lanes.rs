@@ -26,7 +26,7 @@ struct Parts<const N: usize> {
 
 impl<const N: usize> Parts<N> {
     #[inline(always)]
-    fn new(words: &[u64; N]) -> Self {
+    fn new(n: usize, words: &[u64; N]) -> Self {
         let mut out = Self {
             magnitude: [0; N],
             biased: [0; N],
@@ -34,8 +34,8 @@ impl<const N: usize> Parts<N> {
             special: false,
         };
         let mut special = 0;
-        for (i, word) in words.iter().enumerate() {
-            let word = word.cast_signed();
+        for i in 0..n.min(N) {
+            let word = words[i].cast_signed();
             let (biased, fraction) = ((word >> 52) & EXPONENT, word & FRACTION);
             let none = -i64::from(biased == 0);
             special |= (none & fraction) | i64::from(biased == EXPONENT);
@@ -65,6 +65,7 @@ impl<const N: usize> Parts<N> {
 /// [`super::vector`] of every lane. Lanes with a component that is not finite are cleared in `finite`.
 #[inline(always)]
 pub(crate) fn vector_lanes<const N: usize>(
+    n: usize,
     q: &Quantizer,
     words: &[[u64; N]; 3],
     finite: &mut [bool; N],
@@ -72,14 +73,14 @@ pub(crate) fn vector_lanes<const N: usize>(
     let width = i64::from(q.format.magnitude_bits());
     let max = q.format.max_raw();
     let [x, y, z] = words;
-    let parts = [Parts::new(x), Parts::new(y), Parts::new(z)];
-    let top: [i64; N] = each(|i| {
+    let parts = [Parts::new(n, x), Parts::new(n, y), Parts::new(n, z)];
+    let top: [i64; N] = each(n, |i| {
         let [x, y, z] = [parts[0].biased[i], parts[1].biased[i], parts[2].biased[i]];
         x.max(y).max(z)
     });
     let mut out = LaneBlock {
         m: [[0; N]; 3],
-        frac: each(|i| {
+        frac: each(n, |i| {
             if top[i] == 0 {
                 width - 1
             } else {
@@ -89,14 +90,14 @@ pub(crate) fn vector_lanes<const N: usize>(
     };
     let mut special = q.format.rounding != Rounding::HalfEven;
     for (m, parts) in out.m.iter_mut().zip(&parts) {
-        *m = each(|i| {
+        *m = each(n, |i| {
             let right = (top[i] - parts.biased[i] + 53 - width).min(62);
             parts.signed(i, parts.round(i, right).min(max))
         });
         special |= parts.special;
     }
     if special {
-        settle_vector(q, [x, y, z], &mut out, finite);
+        settle_vector(n, q, [x, y, z], &mut out, finite);
     }
     out
 }
@@ -104,28 +105,28 @@ pub(crate) fn vector_lanes<const N: usize>(
 /// [`super::scalar`] of every lane: one word each, written after division by 2^exponent.
 #[inline(always)]
 pub(crate) fn scalar_lanes<const N: usize>(
-    q: &Quantizer,
-    reg: Reg,
+    n: usize,
+    (q, reg): (&Quantizer, Reg),
     words: &[u64; N],
     exponent: &[i64; N],
     finite: &mut [bool; N],
     flags: &mut [Flags],
 ) -> [i64; N] {
-    let parts = Parts::new(words);
+    let parts = Parts::new(n, words);
     let (bias, beyond) = (-q.format.min_raw(), !(q.format.max_raw() - q.format.min_raw()));
     let fixed = UNIT - i64::from(q.format.frac);
     let mut any = 0;
     let mut out = [0; N];
-    for (i, out) in out.iter_mut().enumerate() {
+    for i in 0..n.min(N) {
         // Less than 1 overflows any register of up to 50 bits; beyond 62 nothing is left.
         let right = (exponent[i] + fixed - parts.biased[i]).clamp(1, 62);
         let code = parts.signed(i, parts.round(i, right));
         any |= code + bias;
-        *out = code;
+        out[i] = code;
     }
     let plain = Quantizer::is_standard(q.format) && q.format.magnitude_bits() <= 50;
     if any & beyond != 0 || parts.special || !plain {
-        settle_scalar((q, reg), words, exponent, &mut out, finite, flags);
+        settle_scalar((q, reg), words, exponent, &mut out[..n], finite, flags);
     }
     out
 }
@@ -133,12 +134,13 @@ pub(crate) fn scalar_lanes<const N: usize>(
 #[cold]
 #[inline(never)]
 fn settle_vector<const N: usize>(
+    n: usize,
     q: &Quantizer,
     [x, y, z]: [&[u64; N]; 3],
     out: &mut LaneBlock<N, 3>,
     finite: &mut [bool; N],
 ) {
-    for i in 0..N {
+    for i in 0..n {
         let (block, all_finite) = vector(false, q, [x[i], y[i], z[i]]);
         finite[i] &= all_finite;
         out.frac[i] = block.frac;

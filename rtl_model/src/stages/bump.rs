@@ -76,7 +76,7 @@ pub fn bump<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
     let [b1, b2] = input.b;
     let (lift_n, lift) = (cfg.lift_n, cfg.lift);
     for c in 0..3 {

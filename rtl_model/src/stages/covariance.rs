@@ -99,28 +99,29 @@ pub fn covariance<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mut sink = LaneSink::<N, T> { flags, tap };
-    let mut sum = squares::<N, T>(input.d, cfg.lift[0]);
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let mut sum = squares::<N, T>(lanes, input.d, cfg.lift[0]);
     if let Some(rough) = input.b {
-        let more = squares::<N, T>(rough, cfg.lift[1]);
+        let more = squares::<N, T>(lanes, rough, cfg.lift[1]);
         for (sum, more) in sum.iter_mut().zip(&more) {
-            *sum = each(|i| sum[i] + more[i]);
+            *sum = each(lanes, |i| sum[i] + more[i]);
         }
     }
     let width = i64::from(cfg.k.format.magnitude_bits());
-    let zeros = leading_zeros(&[sum[0], sum[2]]);
-    let shift: [i64; N] = each(|i| {
+    let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
+    let shift: [i64; N] = each(lanes, |i| {
         let shift = if zeros[i] == 64 { 0 } else { 64 - zeros[i] - width };
         // An even exponent against the nominal scale: K's root has a whole one.
         shift + ((cfg.exact_frac - shift + cfg.parity) & 1)
     });
-    out.k = mantissas(&cfg.k, &sum, &each(|i| 63 - width - shift[i]));
-    out.frac = each(|i| cfg.exact_frac - shift[i]);
+    out.k = mantissas(lanes, &cfg.k, &sum, &each(lanes, |i| 63 - width - shift[i]));
+    out.frac = each(lanes, |i| cfg.exact_frac - shift[i]);
     for (c, k) in out.k.iter().enumerate() {
         sink.put(Reg::CovK, c, k, |i| out.frac[i]);
     }
     if cfg.longest {
-        for lane in 0..N {
+        for lane in 0..lanes {
             let (column, sq) = longest(cfg, input, lane);
             store(&mut out.longest, lane, column);
             out.longest_sq[lane] = cfg.k.round(sq, shift[lane]).clamp(0, cfg.k.format.max_raw());
@@ -130,11 +131,11 @@ pub fn covariance<const N: usize, T: Tap>(
 
 /// The products of a matrix's rows: a, b, c of X Xᵀ.
 #[inline(always)]
-fn squares<const N: usize, T: Tap>([ux, uy, vx, vy]: &Lanes<N, 4>, lift: i64) -> Lanes<N, 3> {
+fn squares<const N: usize, T: Tap>(lanes: usize, [ux, uy, vx, vy]: &Lanes<N, 4>, lift: i64) -> Lanes<N, 3> {
     [
-        each(|i| (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift),
-        each(|i| (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift),
-        each(|i| (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift),
+        each(lanes, |i| (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift),
+        each(lanes, |i| (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift),
+        each(lanes, |i| (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift),
     ]
 }
 

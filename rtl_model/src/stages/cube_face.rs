@@ -44,9 +44,13 @@ pub fn components(face: usize, d: [i64; 3]) -> [i64; 3] {
 
 /// [`components`] of every lane, without a look-up that depends on the face.
 #[inline(always)]
-pub(crate) fn components_lanes<const N: usize>(face: &[usize; N], d: &Lanes<N, 3>) -> Lanes<N, 3> {
+pub(crate) fn components_lanes<const N: usize>(
+    lanes: usize,
+    face: &[usize; N],
+    d: &Lanes<N, 3>,
+) -> Lanes<N, 3> {
     let [mut sc, mut tc, mut ma] = [[0; N]; 3];
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         let [x, y, z] = take(d, i);
         // All ones on the faces of an axis, and where |ma| is the negative component.
         let negative = -i64::from(face[i] & 1 == 1);
@@ -160,31 +164,32 @@ pub fn cube_face<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let exp = |i: usize| input.exp[i];
     let (mut d, mut d_frac) = (*input.v_r, *input.v_r_frac);
     if let Some(a) = &cfg.rotation {
         let mut sum = [[0; N]; 3];
         for (sum, row) in sum.iter_mut().zip(a) {
-            *sum = each(|i| dot::<T>(*row, take(input.v_r, i)));
+            *sum = each(lanes, |i| dot::<T>(*row, take(input.v_r, i)));
         }
         let sum_frac = |i: usize| input.v_r_frac[i] + i64::from(ROTATION_FRAC);
         let rotated = sink.block(&cfg.rotated, Reg::FaceRotated, &sum, sum_frac, exp);
         d = rotated.m;
         d_frac = rotated.frac;
     }
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         out.face[i] = select(take(&d, i));
     }
-    let [sc, tc, ma] = components_lanes(&out.face, &d);
-    for i in 0..N {
+    let [sc, tc, ma] = components_lanes(lanes, &out.face, &d);
+    for i in 0..lanes.min(N) {
         out.zero[i] = ma[i] == 0;
     }
     sink.event(Event::FaceZero, &out.zero);
     // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
-    let (m, e) = mantissa(&each(|i| ma[i].max(1)));
-    let mut y = roms.recip.recip_lanes::<N, T>(&m);
-    for i in 0..N {
+    let (m, e) = mantissa(lanes, &each(lanes, |i| ma[i].max(1)));
+    let mut y = roms.recip.recip_lanes::<N, T>(lanes, &m);
+    for i in 0..lanes.min(N) {
         y[i] = if ma[i] == 0 { 0 } else { y[i] };
     }
     let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
@@ -197,9 +202,9 @@ pub fn cube_face<const N: usize, T: Tap>(
         let f = i64::from(q.format.frac);
         let one = 1i64 << f;
         // |sc| ≤ |ma|: a table error must not leave the face.
-        let shift = Shift::new(q, |i| d_frac[i] + inv.frac[i] - f);
+        let shift = Shift::new(lanes, q, |i| d_frac[i] + inv.frac[i] - f);
         let code = sink.shift_code(q, reg, &shift, one, |i| mul::<T>(side[i], inv_ma[i]));
-        *out = each(|i| code[i].clamp(-one, one));
+        *out = each(lanes, |i| code[i].clamp(-one, one));
         sink.put(reg, 0, out, |_| f);
     }
     out.inv_ma = inv_ma;

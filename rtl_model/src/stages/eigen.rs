@@ -105,16 +105,17 @@ impl Cfg {
     /// with 0 fraction bits.
     #[inline(always)]
     fn sqrt<const N: usize, T: Tap>(
+        lanes: usize,
         roms: &Roms,
         x: &[i64; N],
         x_frac: i64,
     ) -> ([i64; N], [i64; N]) {
         let odd = x_frac & 1;
-        let (m, q) = mantissa4(&each(|i| (x[i] << odd).max(1)));
-        let y = roms.sqrt.sqrt_lanes::<N, T>(&m, &roms.rsqrt);
+        let (m, q) = mantissa4(lanes, &each(lanes, |i| (x[i] << odd).max(1)));
+        let y = roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt);
         (
-            each(|i| if x[i] <= 0 { 0 } else { y[i] }),
-            each(|i| P - q[i] + ((x_frac + odd) >> 1)),
+            each(lanes, |i| if x[i] <= 0 { 0 } else { y[i] }),
+            each(lanes, |i| P - q[i] + ((x_frac + odd) >> 1)),
         )
     }
 
@@ -178,52 +179,53 @@ pub fn eigen<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let [a, b, c] = &input.covariance.k;
     // K = mantissa·2^−k_frac·4^exp, λ = nominal·2^exp.
-    out.exp = each(|i| (cfg.k_frac - input.covariance.frac[i]) >> 1);
+    out.exp = each(lanes, |i| (cfg.k_frac - input.covariance.frac[i]) >> 1);
     let exp = &out.exp;
-    let diff: [i64; N] = each(|i| c[i] - a[i]);
-    let two_b: [i64; N] = each(|i| 2 * b[i]);
+    let diff: [i64; N] = each(lanes, |i| c[i] - a[i]);
+    let two_b: [i64; N] = each(lanes, |i| 2 * b[i]);
 
-    let square = each(|i| mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i]));
-    let (y, down) = Cfg::sqrt::<N, T>(roms, &square, 2 * cfg.k_frac);
+    let square = each(lanes, |i| mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i]));
+    let (y, down) = Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac);
     let root_frac = i64::from(cfg.root.format.frac);
-    let shift = Shift::new(&cfg.root, |i| down[i] - root_frac);
+    let shift = Shift::new(lanes, &cfg.root, |i| down[i] - root_frac);
     let twice = |i: usize| 2 * exp[i];
     let root = sink.shift(&cfg.root, Reg::EigenRoot, 0, &shift, |i| y[i], twice);
-    let spread: [i64; N] = each(|i| root[i] << cfg.lift[1]);
+    let spread: [i64; N] = each(lanes, |i| root[i] << cfg.lift[1]);
     let longer = cfg.policy == Axis::LongerDerivative;
     let (q, sq) = if longer {
         let major = &input.covariance.longest_sq;
-        let minor = each(|i| (a[i] + c[i] - major[i]).max(0));
+        let minor = each(lanes, |i| (a[i] + c[i] - major[i]).max(0));
         (&cfg.sq_from_k, [*major, minor])
     } else {
         let sum = |i: usize| (a[i] + c[i]) << cfg.lift[0];
-        let major = each(|i| sum(i) + spread[i]);
-        (&cfg.sq, [major, each(|i| (sum(i) - spread[i]).max(0))])
+        let major = each(lanes, |i| sum(i) + spread[i]);
+        (&cfg.sq, [major, each(lanes, |i| (sum(i) - spread[i]).max(0))])
     };
     let lambda_frac = i64::from(cfg.lambda.format.frac);
     for (k, sq) in sq.iter().enumerate() {
         let sq = sink.write(q, Reg::EigenSq, k, |i| sq[i], twice);
-        let (mut y, mut down) = Cfg::sqrt::<N, T>(roms, &sq, i64::from(q.format.frac));
+        let (mut y, mut down) = Cfg::sqrt::<N, T>(lanes, roms, &sq, i64::from(q.format.frac));
         if k == 1 && cfg.minor == Minor::Det && !longer {
-            (y, down) = minor_by_det::<N, T>(cfg, roms, [a, b, c], &out.lambda[0]);
+            (y, down) = minor_by_det::<N, T>(lanes, cfg, roms, [a, b, c], &out.lambda[0]);
         }
-        let shift = Shift::new(&cfg.lambda, |i| down[i] - lambda_frac);
+        let shift = Shift::new(lanes, &cfg.lambda, |i| down[i] - lambda_frac);
         let exp = |i: usize| exp[i];
         out.lambda[k] = sink.shift(&cfg.lambda, Reg::EigenLambda, k, &shift, |i| y[i], exp);
     }
 
     if cfg.policy == Axis::EigenTable {
-        let axis = table_axis::<N, T>(roms, &two_b, &diff);
+        let axis = table_axis::<N, T>(lanes, roms, &two_b, &diff);
         for (c, axis) in axis.iter().enumerate() {
             out.axis[c] = sink.write(&cfg.axis, Reg::EigenAxis, c, |i| axis[i], |_| 0);
         }
         return;
     }
     let (mut axis, mut down) = ([[0; N]; 2], [0; N]);
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         let direction = if longer {
             take(&input.covariance.longest, i)
         } else if two_b[i] == 0 && diff[i] == 0 {
@@ -238,7 +240,7 @@ pub fn eigen<const N: usize, T: Tap>(
         store(&mut axis, i, unit);
         down[i] = shift;
     }
-    let shift = Shift::new(&cfg.axis_exact, |i| down[i]);
+    let shift = Shift::new(lanes, &cfg.axis_exact, |i| down[i]);
     for (c, axis) in axis.iter().enumerate() {
         out.axis[c] = sink.shift(&cfg.axis_exact, Reg::EigenAxis, c, &shift, |i| axis[i], |_| 0);
     }
@@ -246,16 +248,16 @@ pub fn eigen<const N: usize, T: Tap>(
 
 /// Axes from the table, with its fraction bits; (1, 0) where K is isotropic.
 #[inline(always)]
-fn table_axis<const N: usize, T: Tap>(roms: &Roms, two_b: &[i64; N], diff: &[i64; N]) -> Lanes<N, 2> {
-    let (t, d) = (each(|i| two_b[i].abs()), each(|i| diff[i].abs()));
-    let bin = roms.angle.indices::<N, T>(&t, &d);
+fn table_axis<const N: usize, T: Tap>(lanes: usize, roms: &Roms, two_b: &[i64; N], diff: &[i64; N]) -> Lanes<N, 2> {
+    let (t, d) = (each(lanes, |i| two_b[i].abs()), each(lanes, |i| diff[i].abs()));
+    let bin = roms.angle.indices::<N, T>(lanes, &t, &d);
     let (mut cos, mut sin) = ([0; N], [0; N]);
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         (cos[i], sin[i]) = Cfg::table(roms, t[i], d[i], bin[i]);
     }
     let one = 1i64 << roms.angle.value_frac();
     let mut out = [[0; N]; 2];
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         let isotropic = two_b[i] == 0 && diff[i] == 0;
         // A zero 2b counts as positive on both sides.
         let same = (two_b[i] < 0) == (diff[i] < 0);
@@ -273,19 +275,20 @@ fn table_axis<const N: usize, T: Tap>(roms: &Roms, two_b: &[i64; N], diff: &[i64
 /// λ2 = √(ac − b²)/λ1 as mantissas and right shifts to integers without fraction bits.
 #[inline(always)]
 fn minor_by_det<const N: usize, T: Tap>(
+    lanes: usize,
     cfg: &Cfg,
     roms: &Roms,
     [a, b, c]: [&[i64; N]; 3],
     lambda1: &[i64; N],
 ) -> ([i64; N], [i64; N]) {
-    let det = each(|i| (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0));
-    let (root, down) = Cfg::sqrt::<N, T>(roms, &det, 2 * cfg.k_frac);
-    let (m, e) = mantissa(&each(|i| lambda1[i].max(1)));
-    let y = roms.recip.recip_lanes::<N, T>(&m);
+    let det = each(lanes, |i| (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0));
+    let (root, down) = Cfg::sqrt::<N, T>(lanes, roms, &det, 2 * cfg.k_frac);
+    let (m, e) = mantissa(lanes, &each(lanes, |i| lambda1[i].max(1)));
+    let y = roms.recip.recip_lanes::<N, T>(lanes, &m);
     // root·2^−down · y·2^−30 · 2^(λ_frac − e)
     let fixed = P - i64::from(cfg.lambda.format.frac);
     (
-        each(|i| mul_unsigned::<T>(root[i], y[i])),
-        each(|i| down[i] + fixed + e[i]),
+        each(lanes, |i| mul_unsigned::<T>(root[i], y[i])),
+        each(lanes, |i| down[i] + fixed + e[i]),
     )
 }

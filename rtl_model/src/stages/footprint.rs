@@ -156,17 +156,17 @@ impl Cfg {
 
     /// M/max with eight guard bits and a sticky one, to be rounded by the register.
     #[inline(always)]
-    fn caps<const N: usize, T: Tap>(&self, length: &[i64; N]) -> [i64; N] {
+    fn caps<const N: usize, T: Tap>(&self, lanes: usize, length: &[i64; N]) -> [i64; N] {
         let (numerator, denominator) = (self.cap_numerator, self.cap_denominator);
         if T::STANDARD && denominator.count_ones() == 1 {
             // No register of such a unit wraps to a negative length.
             let bits = denominator.ilog2();
-            return each(|i| {
+            return each(lanes, |i| {
                 let cap = (length[i] * numerator) << 8;
                 (cap >> bits) | i64::from(cap & (denominator - 1) != 0)
             });
         }
-        each(|i| {
+        each(lanes, |i| {
             let cap = (length[i] * numerator) << 8;
             (cap / denominator) | i64::from(cap % denominator != 0)
         })
@@ -177,7 +177,12 @@ impl Cfg {
     /// The condition for "more than n probes" is A·M > (B·n + C)·m, or ≥ where the rule has it; A and B
     /// are powers of two, so that the multiples are sums of shifted m.
     #[inline(always)]
-    fn counts<const N: usize>(&self, length: &[i64; N], width: &[i64; N]) -> [i64; N] {
+    fn counts<const N: usize>(
+        &self,
+        lanes: usize,
+        length: &[i64; N],
+        width: &[i64; N],
+    ) -> [i64; N] {
         let (scale, per, offset, or_equal) = match self.rule {
             // M/m − 2⁻⁸ > n
             Count::Ceil | Count::Pow2 => (8, 8, 1, 0),
@@ -187,7 +192,7 @@ impl Cfg {
             Count::Feline => (2, 1, 3, 1),
         };
         let max = self.max;
-        let mut out = each(|i| {
+        let mut out = each(lanes, |i| {
             let left = (length[i] << scale) + or_equal;
             let m = width[i];
             let (mut n, mut multiple) = (0, m + if offset == 3 { 2 * m } else { 0 });
@@ -200,7 +205,7 @@ impl Cfg {
             n + 1
         });
         if self.rule == Count::Pow2 {
-            for count in &mut out {
+            for count in &mut out[..lanes] {
                 *count = count
                     .cast_unsigned()
                     .next_power_of_two()
@@ -224,42 +229,44 @@ pub fn footprint<const N: usize, T: Tap>(
 ) {
     let length_frac = i64::from(cfg.length.format.frac);
     let width_frac = i64::from(cfg.width.format.frac);
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let ([major, minor], axis) = (&input.eigen.lambda, &input.eigen.axis);
     // λ = code · 2^−scale.
     let scale = |i: usize| cfg.lambda_frac - input.eigen.exp[i];
-    let shift = Shift::new(&cfg.length, |i| scale(i) + 1 - length_frac);
+    let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
     let product = |i: usize| mul::<T>(major[i], cfg.size);
     let length = sink.shift(&cfg.length, Reg::FootLength, 0, &shift, product, |_| 0);
-    let shift = Shift::new(&cfg.width, |i| scale(i) + 1 - width_frac);
+    let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
     let product = |i: usize| mul::<T>(minor[i], cfg.size);
     let minor = sink.shift_code(&cfg.width, Reg::FootWidth, &shift, i64::MAX, product);
-    let caps = cfg.caps::<N, T>(&length);
+    let caps = cfg.caps::<N, T>(lanes, &length);
     let caps = sink.code(&cfg.width, Reg::FootWidth, |i| caps[i]);
-    let width = each(|i| minor[i].max(caps[i]).max(1 << width_frac));
+    let width = each(lanes, |i| minor[i].max(caps[i]).max(1 << width_frac));
     sink.put(Reg::FootWidth, 0, &width, |_| width_frac);
 
     let common = length_frac.max(width_frac);
     out.count = cfg.counts(
-        &each(|i| length[i] << (common - length_frac)),
-        &each(|i| width[i] << (common - width_frac)),
+        lanes,
+        &each(lanes, |i| length[i] << (common - length_frac)),
+        &each(lanes, |i| width[i] << (common - width_frac)),
     );
 
-    let (m, e) = mantissa(&each(|i| width[i].max(1)));
-    let log = roms.log2.log2_lanes::<N, T>(&m);
+    let (m, e) = mantissa(lanes, &each(lanes, |i| width[i].max(1)));
+    let log = roms.log2.log2_lanes::<N, T>(lanes, &m);
     let most = cfg.last_level << PORT_FRAC;
     let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
     out.lod = sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0);
 
     let mut inv = [0; N];
-    for (inv, count) in inv.iter_mut().zip(&out.count) {
+    for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
         let at = usize::try_from(*count).unwrap_or(0);
         *inv = cfg.inv_count.get(at).copied().unwrap_or(0);
     }
     let lines = if cfg.rule == Count::Feline {
         // 2(λ1 − m·2/N) in u, v; end points included.
         let mut body = [0; N];
-        for i in 0..N {
+        for i in 0..lanes.min(N) {
             let width = (width[i] * cfg.two_over_n) >> width_frac;
             body[i] = 2 * (line_code(major[i], scale(i)) - width).max(0);
         }
@@ -271,7 +278,7 @@ pub fn footprint<const N: usize, T: Tap>(
         lines
     } else {
         let fixed = cfg.axis_frac - i64::from(cfg.line.format.frac);
-        let shift = Shift::new(&cfg.line, |i| scale(i) + fixed);
+        let shift = Shift::new(lanes, &cfg.line, |i| scale(i) + fixed);
         let mut lines = [[0; N]; 2];
         for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
             let product = |i: usize| mul::<T>(major[i], axis[i]);

@@ -92,17 +92,18 @@ impl Project {
     #[inline(always)]
     pub(crate) fn numerators<const N: usize, T: Tap>(
         &self,
+        lanes: usize,
         face: &super::cube_face::Out<N>,
         t: &Lanes<N, 3>,
     ) -> Lanes<N, 2> {
-        let [sc, tc, ma] = components_lanes(&face.face, t);
+        let [sc, tc, ma] = components_lanes(lanes, &face.face, t);
         let one_bits = self.one_bits;
         let mut out = [[0; N]; 2];
         for (out, (side, at, lift)) in out.iter_mut().zip([
             (sc, &face.u, self.uv_lift[0]),
             (tc, &face.v, self.uv_lift[1]),
         ]) {
-            *out = each(|i| {
+            *out = each(lanes, |i| {
                 let keep = i64::from(face.zero[i]) - 1;
                 ((side[i] << one_bits) - (mul::<T>(at[i], ma[i]) << lift)) & keep
             });
@@ -212,8 +213,9 @@ pub fn jacobian<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.d.format.frac);
-    let shift = Shift::new(&cfg.d, |i| fixed + input.face.inv_ma_frac[i]);
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let shift = Shift::new(lanes, &cfg.d, |i| fixed + input.face.inv_ma_frac[i]);
     let (r, face) = (input.reflect, input.face);
     let (v, n) = (input.v, &r.n);
     let v_exp = input.v_exp;
@@ -255,7 +257,7 @@ pub fn jacobian<const N: usize, T: Tap>(
             dv_r[c] = sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + c, sum, exp);
         }
         let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
-        let rows = cfg.project.numerators::<N, T>(face, &t);
+        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let numerator =

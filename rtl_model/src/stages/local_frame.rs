@@ -124,17 +124,18 @@ pub fn local_frame<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let port = i64::from(PORT_FRAC);
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let n = input.n;
     let n_exp = |i: usize| input.n_exp[i];
 
-    let mut c = cross_lanes::<N, T>(input.h, n);
+    let mut c = cross_lanes::<N, T>(lanes, input.h, n);
     let mut parallel = [false; N];
-    for i in 0..N {
+    for i in 0..lanes.min(N) {
         parallel[i] = (c[0][i] | c[1][i] | c[2][i]) == 0;
     }
     if parallel.contains(&true) {
-        for (i, parallel) in parallel.iter().enumerate() {
+        for (i, parallel) in parallel.iter().enumerate().take(lanes) {
             if *parallel {
                 store(&mut c, i, any_tangent(take(n, i)));
             }
@@ -144,43 +145,43 @@ pub fn local_frame<const N: usize, T: Tap>(
     // Without h in it the product has n's scale.
     let of_h = |i: usize| i64::from(!parallel[i]);
     let exact_frac = |i: usize| cfg.n_frac + of_h(i) * cfg.h_frac;
-    let exact_exp: [i64; N] = each(|i| n_exp(i) + of_h(i) * input.h_exp[i]);
+    let exact_exp: [i64; N] = each(lanes, |i| n_exp(i) + of_h(i) * input.h_exp[i]);
     let c = sink.block(&cfg.cross, Reg::FrameCross, &c, exact_frac, |i| exact_exp[i]);
     // From here on c's mantissas count as a vector with its largest component in [1, 2).
-    let c_exp: [i64; N] = each(|i| exact_exp[i] + cfg.c_frac - c.frac[i]);
+    let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c.frac[i]);
     let c = c.m;
 
-    let (m, q) = mantissa4(&each(|i| dot::<T>(take(&c, i), take(&c, i)).max(1)));
+    let (m, q) = mantissa4(lanes, &each(lanes, |i| dot::<T>(take(&c, i), take(&c, i)).max(1)));
     let inv = sink.block(
         &cfg.inv_length,
         Reg::FrameInvLength,
-        &[roms.rsqrt.rsqrt_lanes::<N, T>(&m)],
+        &[roms.rsqrt.rsqrt_lanes::<N, T>(lanes, &m)],
         |i| port + q[i] - cfg.c_frac,
         |i| -c_exp[i],
     );
     let ([inv], inv_frac) = (inv.m, inv.frac);
-    let (m, q) = mantissa4(&each(|i| dot::<T>(take(n, i), take(n, i)).max(1)));
-    let root = roms.sqrt.sqrt_lanes::<N, T>(&m, &roms.rsqrt);
+    let (m, q) = mantissa4(lanes, &each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1)));
+    let root = roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt);
     let length_frac = i64::from(cfg.length.format.frac);
-    let shift = Shift::new(&cfg.length, |i| port + cfg.n_frac - q[i] - length_frac);
+    let shift = Shift::new(lanes, &cfg.length, |i| port + cfg.n_frac - q[i] - length_frac);
     let length = sink.shift(&cfg.length, Reg::FrameLength, 0, &shift, |i| root[i], n_exp);
     let scale = sink.block(
         &cfg.scale,
         Reg::FrameScale,
-        &[each(|i| mul::<T>(length[i], inv[i]))],
+        &[each(lanes, |i| mul::<T>(length[i], inv[i]))],
         |i| length_frac + inv_frac[i],
         |i| n_exp(i) - c_exp[i],
     );
     let ([scale], scale_frac) = (scale.m, scale.frac);
     let fixed = cfg.c_frac - i64::from(cfg.e1.format.frac);
-    let shift = Shift::new(&cfg.e1, |i| fixed + scale_frac[i]);
+    let shift = Shift::new(lanes, &cfg.e1, |i| fixed + scale_frac[i]);
     for (k, c) in c.iter().enumerate() {
         let product = |i: usize| mul::<T>(c[i], scale[i]);
         out.e1[k] = sink.shift(&cfg.e1, Reg::FrameE1, k, &shift, product, n_exp);
     }
-    let n_cross = cross_lanes::<N, T>(n, &c);
+    let n_cross = cross_lanes::<N, T>(lanes, n, &c);
     let fixed = i64::from(cfg.n_cross.format.frac) - i64::from(cfg.e2.format.frac);
-    let shift = Shift::new(&cfg.e2, |i| fixed + inv_frac[i]);
+    let shift = Shift::new(lanes, &cfg.e2, |i| fixed + inv_frac[i]);
     for (k, n_cross) in n_cross.iter().enumerate() {
         let exp = |i: usize| n_exp(i) + c_exp[i];
         let x = sink.write(&cfg.n_cross, Reg::FrameNCross, k, |i| n_cross[i], exp);
@@ -191,11 +192,11 @@ pub fn local_frame<const N: usize, T: Tap>(
 
 /// a × b of every lane.
 #[inline(always)]
-fn cross_lanes<const N: usize, T: Tap>(a: &Lanes<N, 3>, b: &Lanes<N, 3>) -> Lanes<N, 3> {
+fn cross_lanes<const N: usize, T: Tap>(lanes: usize, a: &Lanes<N, 3>, b: &Lanes<N, 3>) -> Lanes<N, 3> {
     let mut out = [[0; N]; 3];
     for (k, out) in out.iter_mut().enumerate() {
         let (p, q) = ((k + 1) % 3, (k + 2) % 3);
-        *out = each(|i| mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i]));
+        *out = each(lanes, |i| mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i]));
     }
     out
 }

@@ -108,13 +108,14 @@ pub fn reflect<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let (v, v_exp) = (input.v, input.v_exp);
     if let Some(n_frac) = input.n_mod_frac {
         let n_exp = |i: usize| input.n_exp[i];
         let block = sink.block(&cfg.n, Reg::ReflectN, input.n, |_| n_frac, n_exp);
         out.n = block.m;
-        out.n_lift = each(|i| cfg.n_frac - block.frac[i]);
+        out.n_lift = each(lanes, |i| cfg.n_frac - block.frac[i]);
     } else {
         out.n = *input.n;
         out.n_lift = [0; N];
@@ -139,7 +140,7 @@ pub fn reflect<const N: usize, T: Tap>(
     let lift = cfg.lift;
     let mut sum = [[0; N]; 3];
     for (sum, (n, v)) in sum.iter_mut().zip(n.iter().zip(v)) {
-        *sum = each(|i| {
+        *sum = each(lanes, |i| {
             (mul::<T>(2 * n[i], n_dot_v[i]) << lift[0]) - (mul::<T>(v[i], n_dot_n[i]) << lift[1])
         });
     }

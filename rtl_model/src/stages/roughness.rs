@@ -121,7 +121,8 @@ pub fn roughness<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.e.format.frac);
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let (r, face) = (input.reflect, input.face);
     let (v, n) = (input.v, &r.n);
     let (v_exp, e_exp) = (input.v_exp, input.n_exp);
@@ -134,7 +135,7 @@ pub fn roughness<const N: usize, T: Tap>(
         *scaled = sink.write(&cfg.d_scaled, Reg::RoughScaled, c, product, |_| 0);
     }
     // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
-    let shift = Shift::new(&cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
+    let shift = Shift::new(lanes, &cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
     let mut e_uv = [[0; N]; 4];
     for (col, e) in [input.e1, input.e2].into_iter().enumerate() {
         let v_e: [i64; N] = sink.write(
@@ -162,7 +163,7 @@ pub fn roughness<const N: usize, T: Tap>(
             dv_r[c] = sink.write(&cfg.dv_r[col], Reg::RoughDvr, 3 * col + c, sum, exp);
         }
         let t = cfg.project.rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
-        let rows = cfg.project.numerators::<N, T>(face, &t);
+        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let numerator = sink.write(&cfg.numerator, Reg::RoughNumerator, c, |i| sum[i], exp);

@@ -110,21 +110,22 @@ impl AngleRom {
     #[inline(always)]
     pub(crate) fn indices<const N: usize, T: Tap>(
         &self,
+        n: usize,
         two_b: &[i64; N],
         c_minus_a: &[i64; N],
     ) -> [usize; N] {
         let mut out = [0; N];
         if self.boundaries.len() > MOST_COUNTED {
-            for (i, out) in out.iter_mut().enumerate() {
+            for (i, out) in out.iter_mut().enumerate().take(n) {
                 *out = self.index(two_b[i], c_minus_a[i]);
             }
             return out;
         }
         for (cos, sin) in &self.boundaries {
-            for (i, out) in out.iter_mut().enumerate() {
+            for i in 0..n.min(N) {
                 let passed =
                     mul_unsigned::<T>(two_b[i], *cos) > mul_unsigned::<T>(c_minus_a[i], *sin);
-                *out += usize::from(passed);
+                out[i] += usize::from(passed);
             }
         }
         out

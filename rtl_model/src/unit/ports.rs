@@ -51,7 +51,7 @@ impl Unit {
         let input = &mut state.input;
         let mut finite = [true; N];
         let flags = &mut state.flags[..ports.len];
-        let mut sink = LaneSink::<N, T> { flags, tap };
+        let mut sink = LaneSink::<N, T>::new(flags, tap);
         let (n_port, n_reg) = match &self.frame {
             Some(frame) => (&frame.n, Reg::FrameN),
             None => (&self.reflect.n, Reg::ReflectN),
@@ -102,12 +102,12 @@ fn vector<const N: usize, T: Tap>(
     out: &mut Lanes<N, 3>,
     exp: &mut [i64; N],
 ) {
-    let block = vector_lanes(q, words, finite);
+    let block = vector_lanes(sink.n, q, words, finite);
     for (c, m) in block.m.iter().enumerate() {
         sink.put(reg, c, m, |i| block.frac[i]);
     }
     let nominal = i64::from(q.format.magnitude_bits()) - 1;
-    *exp = each(|i| nominal - block.frac[i]);
+    *exp = each(sink.n, |i| nominal - block.frac[i]);
     *out = block.m;
 }
 
@@ -121,7 +121,7 @@ fn scalar<const N: usize, T: Tap>(
     exponent: &[i64; N],
     finite: &mut [bool; N],
 ) -> [i64; N] {
-    let codes = scalar_lanes(q, reg, words, exponent, finite, sink.flags);
+    let codes = scalar_lanes(sink.n, (q, reg), words, exponent, finite, sink.flags);
     sink.put(reg, c, &codes, |i| i64::from(q.format.frac) - exponent[i]);
     codes
 }

@@ -181,9 +181,10 @@ impl Cfg {
         n_h: &[i64; N],
         e2_h: &[i64; N],
     ) -> [i64; N] {
-        let (m, e) = mantissa(&each(|i| e2_h[i].abs().max(1)));
-        let y = roms.recip.recip_lanes::<N, T>(&m);
-        let (k, e_k): ([i64; N], [i64; N]) = mantissa(&each(|i| n_h[i].abs().max(1)));
+        let lanes = sink.n;
+        let (m, e) = mantissa(lanes, &each(lanes, |i| e2_h[i].abs().max(1)));
+        let y = roms.recip.recip_lanes::<N, T>(lanes, &m);
+        let (k, e_k): ([i64; N], [i64; N]) = mantissa(lanes, &each(lanes, |i| n_h[i].abs().max(1)));
         let product = |i: usize| {
             let product = mul_unsigned::<T>(k[i], y[i]);
             let product = if n_h[i] == 0 || e2_h[i] == 0 { 0 } else { product };
@@ -191,7 +192,7 @@ impl Cfg {
         };
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
         let fixed = 2 * P + self.cot_frac - i64::from(self.turn[0].format.frac);
-        let shift = Shift::new(&self.turn[0], |i| fixed - e_k[i] + e[i]);
+        let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
         sink.shift(&self.turn[0], Reg::JacTurn, 0, &shift, product, |_| 0)
     }
 
@@ -205,6 +206,7 @@ impl Cfg {
         perp: &Lanes<N, 3>,
         [inv_nn, cot, n_exp]: [&[i64; N]; 3],
     ) -> Lanes<N, 3> {
+        let lanes = sink.n;
         let e = [frame.e1, frame.e2];
         let mut tilt = [[0; N]; 2];
         for (k, tilt) in tilt.iter_mut().enumerate() {
@@ -223,7 +225,7 @@ impl Cfg {
         let turn = sink.write(&self.turn[1], Reg::JacTurn, 1 + col, product, |_| 0);
         let mut out = [[0; N]; 3];
         for (c, out) in out.iter_mut().enumerate() {
-            *out = each(|i| perp[c][i] << self.b_lift[0]);
+            *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
             for k in 0..2 {
                 let (other, sign) = if k == 0 { (e[1], 1) } else { (e[0], -1) };
                 let lift = self.de_lift[k];
@@ -233,7 +235,7 @@ impl Cfg {
                 };
                 let at = 6 * col + 3 * k + c;
                 let de = sink.write(&self.de[k], Reg::JacDe, at, de, |i| n_exp[i]);
-                *out = each(|i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
+                *out = each(lanes, |i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
             }
         }
         out
@@ -251,13 +253,14 @@ pub fn normal<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let mod_frac = i64::from(cfg.dn_mod[0].format.frac);
-    let mut sink = LaneSink::<N, T> { flags, tap };
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
     let (n_exp, lift) = (input.n_exp, input.n_lift);
     let exp = |i: usize| n_exp[i] + lift[i];
     let frame = match (&input.bumped, cfg.dnmod) {
         (None, _) | (_, Dnmod::Paper) => {
             for (col, q) in [(0, &cfg.dn_mod[0]), (1, &cfg.dn_mod[1])] {
-                let shift = Shift::new(q, |i| q.frac_in - mod_frac + lift[i]);
+                let shift = Shift::new(lanes, q, |i| q.frac_in - mod_frac + lift[i]);
                 for c in 3 * col..3 * col + 3 {
                     let dn = |i: usize| input.dn[c][i];
                     dn_mod[c] = sink.shift(q, Reg::JacDnMod, c, &shift, dn, exp);
@@ -268,10 +271,10 @@ pub fn normal<const N: usize, T: Tap>(
         (Some(frame), _) => frame,
     };
     let n = frame.n;
-    let (m, e) = mantissa(&each(|i| dot::<T>(take(n, i), take(n, i)).max(1)));
-    let inv = roms.recip.recip_lanes::<N, T>(&m);
+    let (m, e) = mantissa(lanes, &each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1)));
+    let inv = roms.recip.recip_lanes::<N, T>(lanes, &m);
     let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - i64::from(cfg.inv_nn.format.frac);
-    let shift = Shift::new(&cfg.inv_nn, |i| fixed + e[i]);
+    let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
     let inv_exp = |i: usize| -2 * n_exp[i];
     let inv_nn = sink.shift(&cfg.inv_nn, Reg::JacInvNn, 0, &shift, |i| inv[i], inv_exp);
     let mut perp = [[[0; N]; 3]; 2];
@@ -281,15 +284,15 @@ pub fn normal<const N: usize, T: Tap>(
     let q = &cfg.dn_mod[2];
     let mut exact_frac = i64::from(cfg.dn_perp[0].format.frac);
     if cfg.dnmod == Dnmod::Frame {
-        let n_h = each(|i| dot::<T>(take(n, i), take(frame.h, i)));
-        let e2_h = each(|i| dot::<T>(take(frame.e2, i), take(frame.h, i)));
+        let n_h = each(lanes, |i| dot::<T>(take(n, i), take(frame.h, i)));
+        let e2_h = each(lanes, |i| dot::<T>(take(frame.e2, i), take(frame.h, i)));
         let cot = cfg.cotangent(&mut sink, roms, &n_h, &e2_h);
         for (col, perp) in perp.iter_mut().enumerate() {
             *perp = cfg.turned(&mut sink, col, frame, perp, [&inv_nn, &cot, n_exp]);
         }
         exact_frac = q.frac_in;
     }
-    let shift = Shift::new(q, |i| exact_frac - mod_frac + lift[i]);
+    let shift = Shift::new(lanes, q, |i| exact_frac - mod_frac + lift[i]);
     for (col, perp) in perp.iter().enumerate() {
         for (c, perp) in perp.iter().enumerate() {
             let c = 3 * col + c;
