@@ -56,88 +56,46 @@ pub(crate) fn dot<T: Tap>(a: [i64; 3], b: [i64; 3]) -> i64 {
     mul::<T>(a[0], b[0]) + mul::<T>(a[1], b[1]) + mul::<T>(a[2], b[2])
 }
 
-/// How many lanes the loops of a block run over when `used` are in use: a multiple of 8 where the block
-/// has as many. Not a constant, or the loops would be unrolled into more code than a cache holds.
+/// How many lanes the loops of a block run over when `used` are in use: a multiple of 16 where the
+/// block has as many. Not a constant, or the loops would be unrolled into more code than a cache holds.
 #[inline(always)]
 pub(crate) fn span<const N: usize>(used: usize) -> usize {
-    used.next_multiple_of(8).min(N)
+    used.next_multiple_of(16).min(N)
 }
 
 /// `f` of the first `n` lanes.
 #[inline(always)]
 pub(crate) fn each<const N: usize>(n: usize, f: impl Fn(usize) -> i64) -> [i64; N] {
     let mut out = [0; N];
-    for i in 0..n.min(N) {
-        out[i] = f(i);
-    }
+    fill(n, &mut out, f);
     out
 }
 
-/// Right shifts that differ from lane to lane, prepared for the writes of one register.
-#[derive(Clone, Debug)]
-pub(crate) struct Shift<const N: usize> {
-    raw: [i64; N],
-    right: [i64; N],
-    /// 2^right − 1.
-    mask: [i64; N],
-    left: [i64; N],
-    bias: [i64; N],
-    beyond: [i64; N],
-}
-
-impl<const N: usize> Shift<N> {
-    /// Shifts for the register `q`; a negative one is a left shift.
-    #[inline(always)]
-    pub(crate) fn new(n: usize, q: &Quantizer, shift: impl Fn(usize) -> i64) -> Self {
-        let mut out = Self {
-            raw: [0; N],
-            right: [0; N],
-            mask: [0; N],
-            left: [0; N],
-            bias: [0; N],
-            beyond: [0; N],
-        };
-        let (min, max) = (q.format.min_raw(), q.format.max_raw());
-        let (bias, size) = (-min, max - min + 1);
-        // A left shift by the register's width moves any bit out of it.
-        let most = i64::from(q.format.width());
-        // Another rounding: nothing is shifted, and everything is settled later.
-        let keep = if Quantizer::is_standard(q.format) {
-            -1
-        } else {
-            0
-        };
-        for i in 0..n.min(N) {
-            let s = shift(i);
-            // Beyond 62 less than half an LSB is left; 63 makes 0 of every |x| ≤ 2^62.
-            let right = s.clamp(0, 63) & keep;
-            let left = (-s).clamp(0, most) & keep;
-            out.raw[i] = s;
-            out.right[i] = right;
-            out.mask[i] = i64::MAX >> (63 - right);
-            out.left[i] = left;
-            out.bias[i] = (bias & keep) >> left;
-            out.beyond[i] = !(((size & keep) >> left) - 1) | !keep;
-        }
-        out
+/// `f` of the first `n` lanes, to an array that is there already.
+#[inline(always)]
+pub(crate) fn fill<const N: usize>(n: usize, out: &mut [i64; N], f: impl Fn(usize) -> i64) {
+    for i in 0..n.min(N) {
+        out[i] = f(i);
     }
 }
 
-/// Components that share one exponent in each lane: value = `m · 2^−frac`.
+/// Right shifts that differ from lane to lane, for the writes of one register; left where negative.
 #[derive(Clone, Debug)]
-pub(crate) struct LaneBlock<const N: usize, const C: usize> {
-    /// Mantissas.
-    pub(crate) m: Lanes<N, C>,
-    /// Fraction bits of all of them.
-    pub(crate) frac: [i64; N],
+pub(crate) struct Shift<const N: usize>([i64; N]);
+
+impl<const N: usize> Shift<N> {
+    /// Shifts for the register `q`. Beyond 62 less than half an LSB is left, and 63 makes 0 of every
+    /// |x| ≤ 2^62; a left shift by the register's width moves any bit out of it.
+    #[inline(always)]
+    pub(crate) fn new(n: usize, q: &Quantizer, shift: impl Fn(usize) -> i64) -> Self {
+        let most = i64::from(q.format.width());
+        Self(each(n, |i| shift(i).clamp(-most, 63)))
+    }
 }
 
 /// Zeros above the leading one of the largest component; 64 where all are zero.
 #[inline(always)]
-pub(crate) fn leading_zeros<const N: usize, const C: usize>(
-    n: usize,
-    x: &Lanes<N, C>,
-) -> [i64; N] {
+pub(crate) fn leading_zeros<const N: usize, const C: usize>(n: usize, x: &Lanes<N, C>) -> [i64; N] {
     let any: [i64; N] = each(n, |i| {
         let mut any = 0;
         for x in x {
@@ -155,15 +113,15 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     n: usize,
     q: &Quantizer,
     x: &Lanes<N, C>,
-    up: &[i64; N],
-) -> Lanes<N, C> {
+    up: impl Fn(usize) -> i64,
+    out: &mut Lanes<N, C>,
+) {
     let max = q.format.max_raw();
     let down = 63 - i64::from(q.format.magnitude_bits());
     let low = (1i64 << (down - 1)) - 1;
-    let mut out = [[0; N]; C];
     for (out, x) in out.iter_mut().zip(x) {
         for i in 0..n.min(N) {
-            let y = x[i] << (up[i] & 63);
+            let y = x[i] << (up(i) & 63);
             let kept = y >> down;
             let rest = y & (2 * low + 1);
             out[i] = (kept + ((rest + low + (kept & 1)) >> down)).clamp(-max, max);
@@ -171,27 +129,38 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     }
     if q.format.rounding != Rounding::HalfEven {
         for (out, x) in out.iter_mut().zip(x) {
-            round_other(q, x, up, down, &mut out[..n]);
+            round_other(q, x, &each::<N>(n, &up), down, &mut out[..n]);
         }
     }
-    out
 }
 
 /// Positive integers as mantissas in [1, 2) with 30 fraction bits and the powers of two beside them:
 /// x = m · 2^e. Bits below 2^−30 of the mantissas are dropped.
 #[inline(always)]
-pub(crate) fn mantissa<const N: usize>(n: usize, x: &[i64; N]) -> ([i64; N], [i64; N]) {
-    let zeros = leading_zeros(n, core::array::from_ref(x));
-    let m = each(n, |i| ((x[i] << (zeros[i] & 63)).cast_unsigned() >> 33).cast_signed());
-    (m, each(n, |i| 63 - zeros[i]))
+pub(crate) fn mantissa<const N: usize>(
+    n: usize,
+    x: impl Fn(usize) -> i64,
+    m: &mut [i64; N],
+    e: &mut [i64; N],
+) {
+    fill(n, e, |i| 63 - i64::from(x(i).leading_zeros()));
+    fill(n, m, |i| {
+        ((x(i) << ((63 - e[i]) & 63)).cast_unsigned() >> 33).cast_signed()
+    });
 }
 
 /// Positive integers as m·4^q, m in [1, 4) with 30 fraction bits.
 #[inline(always)]
-pub(crate) fn mantissa4<const N: usize>(n: usize, x: &[i64; N]) -> ([i64; N], [i64; N]) {
-    let zeros = leading_zeros(n, core::array::from_ref(x));
-    let m = each(n, |i| ((x[i] << (zeros[i] & 62)).cast_unsigned() >> 32).cast_signed());
-    (m, each(n, |i| (63 - zeros[i]) >> 1))
+pub(crate) fn mantissa4<const N: usize>(
+    n: usize,
+    x: impl Fn(usize) -> i64,
+    m: &mut [i64; N],
+    q: &mut [i64; N],
+) {
+    fill(n, q, |i| (63 - i64::from(x(i).leading_zeros())) >> 1);
+    fill(n, m, |i| {
+        ((x(i) << ((62 - 2 * q[i]) & 62)).cast_unsigned() >> 32).cast_signed()
+    });
 }
 
 /// Where register writes of whole lane arrays go: the flags of the lanes in use, and the tap.
@@ -226,17 +195,22 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         c: usize,
         x: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
-    ) -> [i64; N] {
-        let out = self.code(q, reg, x);
-        self.put(reg, c, &out, |i| i64::from(q.format.frac) - exponent(i));
-        out
+        out: &mut [i64; N],
+    ) {
+        self.code(q, reg, x, out);
+        self.put(reg, c, out, |i| i64::from(q.format.frac) - exponent(i));
     }
 
     /// [`LaneSink::write`] without a word to the tap.
     #[inline(always)]
-    pub(crate) fn code(&mut self, q: &Quantizer, reg: Reg, x: impl Fn(usize) -> i64) -> [i64; N] {
+    pub(crate) fn code(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        x: impl Fn(usize) -> i64,
+        out: &mut [i64; N],
+    ) {
         let r = q.lanes;
-        let mut out = [0; N];
         let mut any = 0;
         for i in 0..self.n.min(N) {
             let y = r.round(x(i));
@@ -246,7 +220,6 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         if any & r.beyond != 0 {
             settle(q, reg, &mut out[..self.n], self.flags);
         }
-        out
     }
 
     /// Writes x(lane) with right shifts that differ from lane to lane.
@@ -259,10 +232,10 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         shift: &Shift<N>,
         x: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
-    ) -> [i64; N] {
-        let out = self.shift_code(q, reg, shift, i64::MAX, x);
-        self.put(reg, c, &out, |i| i64::from(q.format.frac) - exponent(i));
-        out
+        out: &mut [i64; N],
+    ) {
+        self.shift_code(q, reg, shift, i64::MAX, x, out);
+        self.put(reg, c, out, |i| i64::from(q.format.frac) - exponent(i));
     }
 
     /// [`LaneSink::shift`] without a word to the tap; codes of `most` and more in magnitude count as in
@@ -275,22 +248,34 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         shift: &Shift<N>,
         most: i64,
         x: impl Fn(usize) -> i64,
-    ) -> [i64; N] {
-        let mut out = [0; N];
+        out: &mut [i64; N],
+    ) {
         let mut exact = [0; N];
         let mut any = 0;
+        let (bias, size) = (
+            -q.format.min_raw(),
+            q.format.max_raw() - q.format.min_raw() + 1,
+        );
         for i in 0..self.n.min(N) {
             let x = x(i);
-            let (right, mask) = (shift.right[i], shift.mask[i]);
+            let right = shift.0[i].max(0);
+            let left = right - shift.0[i];
+            let mask = i64::MAX >> (63 - right);
             let y = (x + (mask >> 1) + ((x >> right) & mask & 1)) >> right;
-            any |= (y + shift.bias[i]) & shift.beyond[i];
-            out[i] = y << shift.left[i];
+            // In range where y's bits lie below the register's size after the left shift.
+            any |= (y + (bias >> left)) & !((size >> left) - 1);
+            out[i] = y << left;
             exact[i] = x;
         }
-        if any != 0 {
-            settle_shift((q, reg, most), &exact, &shift.raw, &mut out[..self.n], self.flags);
+        if any != 0 || !Quantizer::is_standard(q.format) {
+            settle_shift(
+                (q, reg, most),
+                &exact,
+                &shift.0,
+                &mut out[..self.n],
+                self.flags,
+            );
         }
-        out
     }
 
     /// Normalises into a block register: the common shift of a lane depends on its largest component.
@@ -302,19 +287,19 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         x: &Lanes<N, C>,
         frac: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
-    ) -> LaneBlock<N, C> {
+        (out, out_frac): (&mut Lanes<N, C>, &mut [i64; N]),
+    ) {
         let n = self.n;
-        let zeros = leading_zeros(n, x);
         let width = i64::from(q.format.magnitude_bits());
-        let out_frac = each(n, |i| {
+        let zeros: [i64; N] = leading_zeros(n, x);
+        fill(n, out_frac, |i| {
             let shift = 64 - zeros[i] - width;
             frac(i) - if zeros[i] == 64 { 0 } else { shift }
         });
-        let m = mantissas(n, q, x, &each(n, |i| zeros[i] - 1));
-        for (c, m) in m.iter().enumerate() {
+        mantissas(n, q, x, |i| zeros[i] - 1, out);
+        for (c, m) in out.iter().enumerate() {
             self.put(reg, c, m, |i| out_frac[i] - exponent(i));
         }
-        LaneBlock { m, frac: out_frac }
     }
 
     /// Sets the bit of an event in the lanes where it happened.

@@ -6,8 +6,9 @@
 
 use super::{scalar, vector};
 use crate::fx::{Flags, Quantizer, Rounding};
-use crate::lanes::{LaneBlock, each};
+use crate::lanes::{each, fill};
 use crate::regs::Reg;
+use crate::stages::Lanes;
 
 const FRACTION: i64 = (1 << 52) - 1;
 const EXPONENT: i64 = 0x7ff;
@@ -69,7 +70,9 @@ pub(crate) fn vector_lanes<const N: usize>(
     q: &Quantizer,
     words: &[[u64; N]; 3],
     finite: &mut [bool; N],
-) -> LaneBlock<N, 3> {
+    out: &mut Lanes<N, 3>,
+    frac: &mut [i64; N],
+) {
     let width = i64::from(q.format.magnitude_bits());
     let max = q.format.max_raw();
     let [x, y, z] = words;
@@ -78,28 +81,24 @@ pub(crate) fn vector_lanes<const N: usize>(
         let [x, y, z] = [parts[0].biased[i], parts[1].biased[i], parts[2].biased[i]];
         x.max(y).max(z)
     });
-    let mut out = LaneBlock {
-        m: [[0; N]; 3],
-        frac: each(n, |i| {
-            if top[i] == 0 {
-                width - 1
-            } else {
-                UNIT - 53 + width - top[i]
-            }
-        }),
-    };
+    fill(n, frac, |i| {
+        if top[i] == 0 {
+            width - 1
+        } else {
+            UNIT - 53 + width - top[i]
+        }
+    });
     let mut special = q.format.rounding != Rounding::HalfEven;
-    for (m, parts) in out.m.iter_mut().zip(&parts) {
-        *m = each(n, |i| {
+    for (m, parts) in out.iter_mut().zip(&parts) {
+        fill(n, m, |i| {
             let right = (top[i] - parts.biased[i] + 53 - width).min(62);
             parts.signed(i, parts.round(i, right).min(max))
         });
         special |= parts.special;
     }
     if special {
-        settle_vector(n, q, [x, y, z], &mut out, finite);
+        settle_vector(n, q, [x, y, z], out, frac, finite);
     }
-    out
 }
 
 /// [`super::scalar`] of every lane: one word each, written after division by 2^exponent.
@@ -111,12 +110,15 @@ pub(crate) fn scalar_lanes<const N: usize>(
     exponent: &[i64; N],
     finite: &mut [bool; N],
     flags: &mut [Flags],
-) -> [i64; N] {
+    out: &mut [i64; N],
+) {
     let parts = Parts::new(n, words);
-    let (bias, beyond) = (-q.format.min_raw(), !(q.format.max_raw() - q.format.min_raw()));
+    let (bias, beyond) = (
+        -q.format.min_raw(),
+        !(q.format.max_raw() - q.format.min_raw()),
+    );
     let fixed = UNIT - i64::from(q.format.frac);
     let mut any = 0;
-    let mut out = [0; N];
     for i in 0..n.min(N) {
         // Less than 1 overflows any register of up to 50 bits; beyond 62 nothing is left.
         let right = (exponent[i] + fixed - parts.biased[i]).clamp(1, 62);
@@ -128,7 +130,6 @@ pub(crate) fn scalar_lanes<const N: usize>(
     if any & beyond != 0 || parts.special || !plain {
         settle_scalar((q, reg), words, exponent, &mut out[..n], finite, flags);
     }
-    out
 }
 
 #[cold]
@@ -137,14 +138,15 @@ fn settle_vector<const N: usize>(
     n: usize,
     q: &Quantizer,
     [x, y, z]: [&[u64; N]; 3],
-    out: &mut LaneBlock<N, 3>,
+    out: &mut Lanes<N, 3>,
+    frac: &mut [i64; N],
     finite: &mut [bool; N],
 ) {
     for i in 0..n {
         let (block, all_finite) = vector(false, q, [x[i], y[i], z[i]]);
         finite[i] &= all_finite;
-        out.frac[i] = block.frac;
-        for (m, value) in out.m.iter_mut().zip(block.m) {
+        frac[i] = block.frac;
+        for (m, value) in out.iter_mut().zip(block.m) {
             m[i] = value;
         }
     }

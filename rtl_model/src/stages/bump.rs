@@ -86,6 +86,13 @@ pub fn bump<const N: usize, T: Tap>(
                 + (mul::<T>(b1[i], e1[i]) << lift[0])
                 + (mul::<T>(b2[i], e2[i]) << lift[1])
         };
-        out.n_mod[c] = sink.write(&cfg.n_mod, Reg::BumpN, c, sum, |i| input.n_exp[i]);
+        sink.write(
+            &cfg.n_mod,
+            Reg::BumpN,
+            c,
+            sum,
+            |i| input.n_exp[i],
+            &mut out.n_mod[c],
+        );
     }
 }

@@ -6,7 +6,7 @@
 use super::{Lanes, bits, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
-use crate::lanes::{LaneSink, each, leading_zeros, mantissas, mul};
+use crate::lanes::{LaneSink, each, fill, leading_zeros, mantissas, mul};
 use crate::policy::Axis;
 use crate::regs::Reg;
 use crate::tap::Tap;
@@ -111,12 +111,16 @@ pub fn covariance<const N: usize, T: Tap>(
     let width = i64::from(cfg.k.format.magnitude_bits());
     let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
     let shift: [i64; N] = each(lanes, |i| {
-        let shift = if zeros[i] == 64 { 0 } else { 64 - zeros[i] - width };
+        let shift = if zeros[i] == 64 {
+            0
+        } else {
+            64 - zeros[i] - width
+        };
         // An even exponent against the nominal scale: K's root has a whole one.
         shift + ((cfg.exact_frac - shift + cfg.parity) & 1)
     });
-    out.k = mantissas(lanes, &cfg.k, &sum, &each(lanes, |i| 63 - width - shift[i]));
-    out.frac = each(lanes, |i| cfg.exact_frac - shift[i]);
+    mantissas(lanes, &cfg.k, &sum, |i| 63 - width - shift[i], &mut out.k);
+    fill(lanes, &mut out.frac, |i| cfg.exact_frac - shift[i]);
     for (c, k) in out.k.iter().enumerate() {
         sink.put(Reg::CovK, c, k, |i| out.frac[i]);
     }
@@ -124,18 +128,31 @@ pub fn covariance<const N: usize, T: Tap>(
         for lane in 0..lanes {
             let (column, sq) = longest(cfg, input, lane);
             store(&mut out.longest, lane, column);
-            out.longest_sq[lane] = cfg.k.round(sq, shift[lane]).clamp(0, cfg.k.format.max_raw());
+            out.longest_sq[lane] = cfg
+                .k
+                .round(sq, shift[lane])
+                .clamp(0, cfg.k.format.max_raw());
         }
     }
 }
 
 /// The products of a matrix's rows: a, b, c of X Xᵀ.
 #[inline(always)]
-fn squares<const N: usize, T: Tap>(lanes: usize, [ux, uy, vx, vy]: &Lanes<N, 4>, lift: i64) -> Lanes<N, 3> {
+fn squares<const N: usize, T: Tap>(
+    lanes: usize,
+    [ux, uy, vx, vy]: &Lanes<N, 4>,
+    lift: i64,
+) -> Lanes<N, 3> {
     [
-        each(lanes, |i| (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift),
-        each(lanes, |i| (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift),
-        each(lanes, |i| (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift),
+        each(lanes, |i| {
+            (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift
+        }),
+        each(lanes, |i| {
+            (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift
+        }),
+        each(lanes, |i| {
+            (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift
+        }),
     ]
 }
 

@@ -3,10 +3,12 @@
 //! (sc, tc, ma) as in Vulkan; on equal magnitudes z wins over y wins over x. The zero vector gives
 //! +z, u = v = 0 and the event `cube_face.zero`.
 
+use core::array;
+
 use super::{Lanes, Roms, bits, fits, frac, take};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::fx::{Flags, Quantizer};
-use crate::lanes::{LaneSink, Shift, dot, each, mantissa, mul};
+use crate::lanes::{LaneSink, Shift, dot, fill, mantissa, mul};
 use crate::regs::{Event, Reg};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
@@ -59,7 +61,10 @@ pub(crate) fn components_lanes<const N: usize>(
         let flip = |value: i64, sign: i64| (value ^ sign) - sign;
         ma[i] = flip((x & on_x) | (y & on_y) | (z & on_z), negative);
         // sc: −z, z, x, x, x, −x; tc: −y, −y, z, −z, −y, −y.
-        sc[i] = flip((z & on_x) | (x & !on_x), (!negative & on_x) | (negative & on_z));
+        sc[i] = flip(
+            (z & on_x) | (x & !on_x),
+            (!negative & on_x) | (negative & on_z),
+        );
         tc[i] = flip((z & on_y) | (y & !on_y), (negative & on_y) | !on_y);
     }
     [sc, tc, ma]
@@ -171,12 +176,11 @@ pub fn cube_face<const N: usize, T: Tap>(
     if let Some(a) = &cfg.rotation {
         let mut sum = [[0; N]; 3];
         for (sum, row) in sum.iter_mut().zip(a) {
-            *sum = each(lanes, |i| dot::<T>(*row, take(input.v_r, i)));
+            fill(lanes, sum, |i| dot::<T>(*row, take(input.v_r, i)));
         }
         let sum_frac = |i: usize| input.v_r_frac[i] + i64::from(ROTATION_FRAC);
-        let rotated = sink.block(&cfg.rotated, Reg::FaceRotated, &sum, sum_frac, exp);
-        d = rotated.m;
-        d_frac = rotated.frac;
+        let rotated = (&mut d, &mut d_frac);
+        sink.block(&cfg.rotated, Reg::FaceRotated, &sum, sum_frac, exp, rotated);
     }
     for i in 0..lanes.min(N) {
         out.face[i] = select(take(&d, i));
@@ -187,26 +191,40 @@ pub fn cube_face<const N: usize, T: Tap>(
     }
     sink.event(Event::FaceZero, &out.zero);
     // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
-    let (m, e) = mantissa(lanes, &each(lanes, |i| ma[i].max(1)));
-    let mut y = roms.recip.recip_lanes::<N, T>(lanes, &m);
+    let [mut m, mut e, mut y] = [[0; N]; 3];
+    mantissa(lanes, |i| ma[i].max(1), &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
     for i in 0..lanes.min(N) {
         y[i] = if ma[i] == 0 { 0 } else { y[i] };
     }
     let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
-    let inv = sink.block(&cfg.inv_ma, Reg::FaceInvMa, &[y], inv_frac, |i| -exp(i));
-    let [inv_ma] = inv.m;
-    for (q, reg, side, out) in [
+    let inv = (array::from_mut(&mut out.inv_ma), &mut out.inv_ma_frac);
+    sink.block(
+        &cfg.inv_ma,
+        Reg::FaceInvMa,
+        &[y],
+        inv_frac,
+        |i| -exp(i),
+        inv,
+    );
+    for (q, reg, side, uv) in [
         (&cfg.u, Reg::FaceU, &sc, &mut out.u),
         (&cfg.v, Reg::FaceV, &tc, &mut out.v),
     ] {
         let f = i64::from(q.format.frac);
         let one = 1i64 << f;
         // |sc| ≤ |ma|: a table error must not leave the face.
-        let shift = Shift::new(lanes, q, |i| d_frac[i] + inv.frac[i] - f);
-        let code = sink.shift_code(q, reg, &shift, one, |i| mul::<T>(side[i], inv_ma[i]));
-        *out = each(lanes, |i| code[i].clamp(-one, one));
-        sink.put(reg, 0, out, |_| f);
+        let shift = Shift::new(lanes, q, |i| d_frac[i] + out.inv_ma_frac[i] - f);
+        let mut code = [0; N];
+        sink.shift_code(
+            q,
+            reg,
+            &shift,
+            one,
+            |i| mul::<T>(side[i], out.inv_ma[i]),
+            &mut code,
+        );
+        fill(lanes, uv, |i| code[i].clamp(-one, one));
+        sink.put(reg, 0, uv, |_| f);
     }
-    out.inv_ma = inv_ma;
-    out.inv_ma_frac = inv.frac;
 }

@@ -109,24 +109,25 @@ impl Cfg {
         roms: &Roms,
         x: &[i64; N],
         x_frac: i64,
-    ) -> ([i64; N], [i64; N]) {
+        y: &mut [i64; N],
+        down: &mut [i64; N],
+    ) {
         let odd = x_frac & 1;
-        let (m, q) = mantissa4(lanes, &each(lanes, |i| (x[i] << odd).max(1)));
-        let y = roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt);
-        (
-            each(lanes, |i| if x[i] <= 0 { 0 } else { y[i] }),
-            each(lanes, |i| P - q[i] + ((x_frac + odd) >> 1)),
-        )
+        let mut m = [0; N];
+        mantissa4(lanes, |i| (x[i] << odd).max(1), &mut m, down);
+        roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, y);
+        for i in 0..lanes.min(N) {
+            y[i] = if x[i] <= 0 { 0 } else { y[i] };
+            down[i] = P - down[i] + ((x_frac + odd) >> 1);
+        }
     }
 
-    /// cos and sin (sign applied) of α from the table, with the fraction bits of `self.axis`.
-    #[inline(always)]
-    fn table(roms: &Roms, t: i64, d: i64, k: usize) -> (i64, i64) {
+    /// cos and sin of |α| between two entries of the table, with 30 fraction bits more than an entry.
+    #[cold]
+    #[inline(never)]
+    fn interpolated(roms: &Roms, t: i64, d: i64, k: usize) -> (i64, i64) {
         let rom = &roms.angle;
         let (cos, sin) = rom.angles.get(k).copied().unwrap_or((1, 0));
-        if rom.spec.order == 0 {
-            return (cos, sin);
-        }
         let (cos, sin) = (cos << P, sin << P);
         let Some(&(next_cos, next_sin)) = rom.angles.get(k + 1) else {
             return (cos, sin);
@@ -150,7 +151,8 @@ impl Cfg {
 
     /// The direction (x, y), normalised through the reciprocal root: (x, y) and the right shift to the
     /// register; (1, 0) for no direction.
-    #[inline(always)]
+    #[cold]
+    #[inline(never)]
     fn unit(&self, roms: &Roms, xy: [i64; 2]) -> ([i64; 2], i64) {
         let frac = i64::from(self.axis_exact.format.frac);
         if xy == [0, 0] {
@@ -188,12 +190,24 @@ pub fn eigen<const N: usize, T: Tap>(
     let diff: [i64; N] = each(lanes, |i| c[i] - a[i]);
     let two_b: [i64; N] = each(lanes, |i| 2 * b[i]);
 
-    let square = each(lanes, |i| mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i]));
-    let (y, down) = Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac);
+    let square = each(lanes, |i| {
+        mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i])
+    });
+    let [mut y, mut down] = [[0; N]; 2];
+    Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac, &mut y, &mut down);
     let root_frac = i64::from(cfg.root.format.frac);
     let shift = Shift::new(lanes, &cfg.root, |i| down[i] - root_frac);
     let twice = |i: usize| 2 * exp[i];
-    let root = sink.shift(&cfg.root, Reg::EigenRoot, 0, &shift, |i| y[i], twice);
+    let mut root = [0; N];
+    sink.shift(
+        &cfg.root,
+        Reg::EigenRoot,
+        0,
+        &shift,
+        |i| y[i],
+        twice,
+        &mut root,
+    );
     let spread: [i64; N] = each(lanes, |i| root[i] << cfg.lift[1]);
     let longer = cfg.policy == Axis::LongerDerivative;
     let (q, sq) = if longer {
@@ -203,24 +217,46 @@ pub fn eigen<const N: usize, T: Tap>(
     } else {
         let sum = |i: usize| (a[i] + c[i]) << cfg.lift[0];
         let major = each(lanes, |i| sum(i) + spread[i]);
-        (&cfg.sq, [major, each(lanes, |i| (sum(i) - spread[i]).max(0))])
+        (
+            &cfg.sq,
+            [major, each(lanes, |i| (sum(i) - spread[i]).max(0))],
+        )
     };
     let lambda_frac = i64::from(cfg.lambda.format.frac);
-    for (k, sq) in sq.iter().enumerate() {
-        let sq = sink.write(q, Reg::EigenSq, k, |i| sq[i], twice);
-        let (mut y, mut down) = Cfg::sqrt::<N, T>(lanes, roms, &sq, i64::from(q.format.frac));
+    for (k, exact) in sq.iter().enumerate() {
+        let mut sq = [0; N];
+        sink.write(q, Reg::EigenSq, k, |i| exact[i], twice, &mut sq);
         if k == 1 && cfg.minor == Minor::Det && !longer {
-            (y, down) = minor_by_det::<N, T>(lanes, cfg, roms, [a, b, c], &out.lambda[0]);
+            let major = &out.lambda[0];
+            minor_by_det::<N, T>(lanes, cfg, roms, [a, b, c], major, &mut y, &mut down);
+        } else {
+            let sq_frac = i64::from(q.format.frac);
+            Cfg::sqrt::<N, T>(lanes, roms, &sq, sq_frac, &mut y, &mut down);
         }
         let shift = Shift::new(lanes, &cfg.lambda, |i| down[i] - lambda_frac);
         let exp = |i: usize| exp[i];
-        out.lambda[k] = sink.shift(&cfg.lambda, Reg::EigenLambda, k, &shift, |i| y[i], exp);
+        sink.shift(
+            &cfg.lambda,
+            Reg::EigenLambda,
+            k,
+            &shift,
+            |i| y[i],
+            exp,
+            &mut out.lambda[k],
+        );
     }
 
     if cfg.policy == Axis::EigenTable {
         let axis = table_axis::<N, T>(lanes, roms, &two_b, &diff);
         for (c, axis) in axis.iter().enumerate() {
-            out.axis[c] = sink.write(&cfg.axis, Reg::EigenAxis, c, |i| axis[i], |_| 0);
+            sink.write(
+                &cfg.axis,
+                Reg::EigenAxis,
+                c,
+                |i| axis[i],
+                |_| 0,
+                &mut out.axis[c],
+            );
         }
         return;
     }
@@ -242,18 +278,39 @@ pub fn eigen<const N: usize, T: Tap>(
     }
     let shift = Shift::new(lanes, &cfg.axis_exact, |i| down[i]);
     for (c, axis) in axis.iter().enumerate() {
-        out.axis[c] = sink.shift(&cfg.axis_exact, Reg::EigenAxis, c, &shift, |i| axis[i], |_| 0);
+        sink.shift(
+            &cfg.axis_exact,
+            Reg::EigenAxis,
+            c,
+            &shift,
+            |i| axis[i],
+            |_| 0,
+            &mut out.axis[c],
+        );
     }
 }
 
 /// Axes from the table, with its fraction bits; (1, 0) where K is isotropic.
 #[inline(always)]
-fn table_axis<const N: usize, T: Tap>(lanes: usize, roms: &Roms, two_b: &[i64; N], diff: &[i64; N]) -> Lanes<N, 2> {
-    let (t, d) = (each(lanes, |i| two_b[i].abs()), each(lanes, |i| diff[i].abs()));
+fn table_axis<const N: usize, T: Tap>(
+    lanes: usize,
+    roms: &Roms,
+    two_b: &[i64; N],
+    diff: &[i64; N],
+) -> Lanes<N, 2> {
+    let (t, d) = (
+        each(lanes, |i| two_b[i].abs()),
+        each(lanes, |i| diff[i].abs()),
+    );
     let bin = roms.angle.indices::<N, T>(lanes, &t, &d);
     let (mut cos, mut sin) = ([0; N], [0; N]);
     for i in 0..lanes.min(N) {
-        (cos[i], sin[i]) = Cfg::table(roms, t[i], d[i], bin[i]);
+        (cos[i], sin[i]) = roms.angle.angles.get(bin[i]).copied().unwrap_or((1, 0));
+    }
+    if roms.angle.spec.order != 0 {
+        for i in 0..lanes.min(N) {
+            (cos[i], sin[i]) = Cfg::interpolated(roms, t[i], d[i], bin[i]);
+        }
     }
     let one = 1i64 << roms.angle.value_frac();
     let mut out = [[0; N]; 2];
@@ -263,7 +320,11 @@ fn table_axis<const N: usize, T: Tap>(lanes: usize, roms: &Roms, two_b: &[i64; N
         let same = (two_b[i] < 0) == (diff[i] < 0);
         let signed = if same { sin[i] } else { -sin[i] };
         let sin = if two_b[i] == 0 { sin[i].abs() } else { signed };
-        let (x, y) = if diff[i] < 0 { (cos[i], -sin) } else { (sin, cos[i]) };
+        let (x, y) = if diff[i] < 0 {
+            (cos[i], -sin)
+        } else {
+            (sin, cos[i])
+        };
         let flip = x < 0 || (x == 0 && y < 0);
         let (x, y) = if flip { (-x, -y) } else { (x, y) };
         out[0][i] = if isotropic { one } else { x };
@@ -280,15 +341,20 @@ fn minor_by_det<const N: usize, T: Tap>(
     roms: &Roms,
     [a, b, c]: [&[i64; N]; 3],
     lambda1: &[i64; N],
-) -> ([i64; N], [i64; N]) {
-    let det = each(lanes, |i| (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0));
-    let (root, down) = Cfg::sqrt::<N, T>(lanes, roms, &det, 2 * cfg.k_frac);
-    let (m, e) = mantissa(lanes, &each(lanes, |i| lambda1[i].max(1)));
-    let y = roms.recip.recip_lanes::<N, T>(lanes, &m);
+    y: &mut [i64; N],
+    down: &mut [i64; N],
+) {
+    let det = each(lanes, |i| {
+        (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0)
+    });
+    let [mut root, mut m, mut e] = [[0; N]; 3];
+    Cfg::sqrt::<N, T>(lanes, roms, &det, 2 * cfg.k_frac, &mut root, down);
+    mantissa(lanes, |i| lambda1[i].max(1), &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, y);
     // root·2^−down · y·2^−30 · 2^(λ_frac − e)
     let fixed = P - i64::from(cfg.lambda.format.frac);
-    (
-        each(lanes, |i| mul_unsigned::<T>(root[i], y[i])),
-        each(lanes, |i| down[i] + fixed + e[i]),
-    )
+    for i in 0..lanes.min(N) {
+        y[i] = mul_unsigned::<T>(root[i], y[i]);
+        down[i] += fixed + e[i];
+    }
 }

@@ -236,12 +236,30 @@ pub fn footprint<const N: usize, T: Tap>(
     let scale = |i: usize| cfg.lambda_frac - input.eigen.exp[i];
     let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
     let product = |i: usize| mul::<T>(major[i], cfg.size);
-    let length = sink.shift(&cfg.length, Reg::FootLength, 0, &shift, product, |_| 0);
+    let mut length = [0; N];
+    sink.shift(
+        &cfg.length,
+        Reg::FootLength,
+        0,
+        &shift,
+        product,
+        |_| 0,
+        &mut length,
+    );
     let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
     let product = |i: usize| mul::<T>(minor[i], cfg.size);
-    let minor = sink.shift_code(&cfg.width, Reg::FootWidth, &shift, i64::MAX, product);
-    let caps = cfg.caps::<N, T>(lanes, &length);
-    let caps = sink.code(&cfg.width, Reg::FootWidth, |i| caps[i]);
+    let mut minor = [0; N];
+    sink.shift_code(
+        &cfg.width,
+        Reg::FootWidth,
+        &shift,
+        i64::MAX,
+        product,
+        &mut minor,
+    );
+    let exact = cfg.caps::<N, T>(lanes, &length);
+    let mut caps = [0; N];
+    sink.code(&cfg.width, Reg::FootWidth, |i| exact[i], &mut caps);
     let width = each(lanes, |i| minor[i].max(caps[i]).max(1 << width_frac));
     sink.put(Reg::FootWidth, 0, &width, |_| width_frac);
 
@@ -252,11 +270,12 @@ pub fn footprint<const N: usize, T: Tap>(
         &each(lanes, |i| width[i] << (common - width_frac)),
     );
 
-    let (m, e) = mantissa(lanes, &each(lanes, |i| width[i].max(1)));
-    let log = roms.log2.log2_lanes::<N, T>(lanes, &m);
+    let [mut m, mut e, mut log] = [[0; N]; 3];
+    mantissa(lanes, |i| width[i].max(1), &mut m, &mut e);
+    roms.log2.log2_lanes::<N, T>(lanes, &m, &mut log);
     let most = cfg.last_level << PORT_FRAC;
     let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
-    out.lod = sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0);
+    sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0, &mut out.lod);
 
     let mut inv = [0; N];
     for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
@@ -273,7 +292,7 @@ pub fn footprint<const N: usize, T: Tap>(
         let q = &cfg.line_feline;
         let mut lines = [[0; N]; 2];
         for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
-            *line = sink.write(q, Reg::FootLine, c, |i| body[i] * axis[i], |_| 0);
+            sink.write(q, Reg::FootLine, c, |i| body[i] * axis[i], |_| 0, line);
         }
         lines
     } else {
@@ -282,13 +301,20 @@ pub fn footprint<const N: usize, T: Tap>(
         let mut lines = [[0; N]; 2];
         for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
             let product = |i: usize| mul::<T>(major[i], axis[i]);
-            *line = sink.shift(&cfg.line, Reg::FootLine, c, &shift, product, |_| 0);
+            sink.shift(&cfg.line, Reg::FootLine, c, &shift, product, |_| 0, line);
         }
         lines
     };
     for (c, line) in lines.iter().enumerate() {
         let product = |i: usize| mul::<T>(line[i], inv[i]);
-        out.step[c] = sink.write(&cfg.step, Reg::FootStep, c, product, |_| 0);
+        sink.write(
+            &cfg.step,
+            Reg::FootStep,
+            c,
+            product,
+            |_| 0,
+            &mut out.step[c],
+        );
     }
 }
 

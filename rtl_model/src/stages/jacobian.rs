@@ -83,7 +83,7 @@ impl Project {
         let mut out = [[0; N]; 3];
         for c in 0..3 {
             let sum = |i: usize| dot::<T>(a[c], take(&t, i));
-            out[c] = sink.write(&self.rotated, reg, first + c, sum, exponent);
+            sink.write(&self.rotated, reg, first + c, sum, exponent, &mut out[c]);
         }
         out
     }
@@ -223,26 +223,32 @@ pub fn jacobian<const N: usize, T: Tap>(
     let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
     for col in 0..2 {
         let (dv, dn) = (column(input.dv, col), column(input.dn_mod, col));
-        let n_dv = sink.write(
+        let mut n_dv = [0; N];
+        sink.write(
             &cfg.n_dot_dv[col],
             Reg::JacNdotDv,
             col,
             |i| dot::<T>(take(n, i), take(dv, i)),
             |i| n_exp(i) + v_exp[i],
+            &mut n_dv,
         );
-        let v_dn = sink.write(
+        let mut v_dn = [0; N];
+        sink.write(
             &cfg.v_dot_dn,
             Reg::JacVdotDn,
             col,
             |i| dot::<T>(take(v, i), take(dn, i)),
             |i| n_exp(i) + v_exp[i],
+            &mut v_dn,
         );
-        let n_dn = sink.write(
+        let mut n_dn = [0; N];
+        sink.write(
             &cfg.n_dot_dn,
             Reg::JacNdotDn,
             col,
             |i| dot::<T>(take(n, i), take(dn, i)),
             |i| 2 * n_exp(i),
+            &mut n_dn,
         );
         let lift = cfg.lift[col];
         let mut dv_r = [[0; N]; 3];
@@ -254,16 +260,32 @@ pub fn jacobian<const N: usize, T: Tap>(
                     + (mul_wide::<T>(v_dn[i], 2 * n[c][i]) << lift[3])
                     - (mul_wide::<T>(n_dn[i], 2 * v[c][i]) << lift[4])
             };
-            dv_r[c] = sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + c, sum, exp);
+            sink.write(
+                &cfg.dv_r[col],
+                Reg::JacDvr,
+                3 * col + c,
+                sum,
+                exp,
+                &mut dv_r[c],
+            );
         }
-        let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
+        let t = cfg
+            .project
+            .rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
-            let numerator =
-                sink.write(&cfg.numerator, Reg::JacNumerator, c, |i| sum[i], exp);
+            let mut numerator = [0; N];
+            sink.write(
+                &cfg.numerator,
+                Reg::JacNumerator,
+                c,
+                |i| sum[i],
+                exp,
+                &mut numerator,
+            );
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            out.d[c] = sink.shift(&cfg.d, Reg::JacD, c, &shift, quotient, |_| 0);
+            sink.shift(&cfg.d, Reg::JacD, c, &shift, quotient, |_| 0, &mut out.d[c]);
         }
     }
 }

@@ -3,10 +3,12 @@
 //! e1 = (h × n)/|h × n| · |n|, e2 = (n × e1)/|n| = (n × ĉ) with c = h × n. h ∥ n: the cross product
 //! with the axis of n's smallest component (ties z, y, x), event `local_frame.parallel`.
 
+use core::array;
+
 use super::{Lanes, Roms, bits, block_frac, fits, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
-use crate::lanes::{LaneSink, Shift, dot, each, mantissa4, mul};
+use crate::lanes::{LaneSink, Shift, dot, each, fill, mantissa4, mul};
 use crate::regs::{Event, Reg};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
@@ -129,7 +131,8 @@ pub fn local_frame<const N: usize, T: Tap>(
     let n = input.n;
     let n_exp = |i: usize| input.n_exp[i];
 
-    let mut c = cross_lanes::<N, T>(lanes, input.h, n);
+    let mut c = [[0; N]; 3];
+    cross_lanes::<N, T>(lanes, input.h, n, &mut c);
     let mut parallel = [false; N];
     for i in 0..lanes.min(N) {
         parallel[i] = (c[0][i] | c[1][i] | c[2][i]) == 0;
@@ -146,57 +149,117 @@ pub fn local_frame<const N: usize, T: Tap>(
     let of_h = |i: usize| i64::from(!parallel[i]);
     let exact_frac = |i: usize| cfg.n_frac + of_h(i) * cfg.h_frac;
     let exact_exp: [i64; N] = each(lanes, |i| n_exp(i) + of_h(i) * input.h_exp[i]);
-    let c = sink.block(&cfg.cross, Reg::FrameCross, &c, exact_frac, |i| exact_exp[i]);
+    let (exact, mut c, mut c_frac) = (c, [[0; N]; 3], [0; N]);
+    let block = (&mut c, &mut c_frac);
+    sink.block(
+        &cfg.cross,
+        Reg::FrameCross,
+        &exact,
+        exact_frac,
+        |i| exact_exp[i],
+        block,
+    );
     // From here on c's mantissas count as a vector with its largest component in [1, 2).
-    let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c.frac[i]);
-    let c = c.m;
+    let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c_frac[i]);
 
-    let (m, q) = mantissa4(lanes, &each(lanes, |i| dot::<T>(take(&c, i), take(&c, i)).max(1)));
-    let inv = sink.block(
+    let [mut square, mut m, mut q, mut root] = [[0; N]; 4];
+    fill(lanes, &mut square, |i| {
+        dot::<T>(take(&c, i), take(&c, i)).max(1)
+    });
+    mantissa4(lanes, |i| square[i], &mut m, &mut q);
+    roms.rsqrt.rsqrt_lanes::<N, T>(lanes, &m, &mut root);
+    let (mut inv, mut inv_frac) = ([0; N], [0; N]);
+    sink.block(
         &cfg.inv_length,
         Reg::FrameInvLength,
-        &[roms.rsqrt.rsqrt_lanes::<N, T>(lanes, &m)],
+        array::from_ref(&root),
         |i| port + q[i] - cfg.c_frac,
         |i| -c_exp[i],
+        (array::from_mut(&mut inv), &mut inv_frac),
     );
-    let ([inv], inv_frac) = (inv.m, inv.frac);
-    let (m, q) = mantissa4(lanes, &each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1)));
-    let root = roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt);
+    fill(lanes, &mut square, |i| {
+        dot::<T>(take(n, i), take(n, i)).max(1)
+    });
+    mantissa4(lanes, |i| square[i], &mut m, &mut q);
+    roms.sqrt
+        .sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, &mut root);
     let length_frac = i64::from(cfg.length.format.frac);
-    let shift = Shift::new(lanes, &cfg.length, |i| port + cfg.n_frac - q[i] - length_frac);
-    let length = sink.shift(&cfg.length, Reg::FrameLength, 0, &shift, |i| root[i], n_exp);
-    let scale = sink.block(
+    let shift = Shift::new(lanes, &cfg.length, |i| {
+        port + cfg.n_frac - q[i] - length_frac
+    });
+    let mut length = [0; N];
+    sink.shift(
+        &cfg.length,
+        Reg::FrameLength,
+        0,
+        &shift,
+        |i| root[i],
+        n_exp,
+        &mut length,
+    );
+    let (mut scale, mut scale_frac) = ([0; N], [0; N]);
+    sink.block(
         &cfg.scale,
         Reg::FrameScale,
         &[each(lanes, |i| mul::<T>(length[i], inv[i]))],
         |i| length_frac + inv_frac[i],
         |i| n_exp(i) - c_exp[i],
+        (array::from_mut(&mut scale), &mut scale_frac),
     );
-    let ([scale], scale_frac) = (scale.m, scale.frac);
     let fixed = cfg.c_frac - i64::from(cfg.e1.format.frac);
     let shift = Shift::new(lanes, &cfg.e1, |i| fixed + scale_frac[i]);
     for (k, c) in c.iter().enumerate() {
         let product = |i: usize| mul::<T>(c[i], scale[i]);
-        out.e1[k] = sink.shift(&cfg.e1, Reg::FrameE1, k, &shift, product, n_exp);
+        sink.shift(
+            &cfg.e1,
+            Reg::FrameE1,
+            k,
+            &shift,
+            product,
+            n_exp,
+            &mut out.e1[k],
+        );
     }
-    let n_cross = cross_lanes::<N, T>(lanes, n, &c);
+    let mut n_cross = exact;
+    cross_lanes::<N, T>(lanes, n, &c, &mut n_cross);
     let fixed = i64::from(cfg.n_cross.format.frac) - i64::from(cfg.e2.format.frac);
     let shift = Shift::new(lanes, &cfg.e2, |i| fixed + inv_frac[i]);
     for (k, n_cross) in n_cross.iter().enumerate() {
         let exp = |i: usize| n_exp(i) + c_exp[i];
-        let x = sink.write(&cfg.n_cross, Reg::FrameNCross, k, |i| n_cross[i], exp);
+        let mut x = [0; N];
+        sink.write(
+            &cfg.n_cross,
+            Reg::FrameNCross,
+            k,
+            |i| n_cross[i],
+            exp,
+            &mut x,
+        );
         let product = |i: usize| mul::<T>(x[i], inv[i]);
-        out.e2[k] = sink.shift(&cfg.e2, Reg::FrameE2, k, &shift, product, n_exp);
+        sink.shift(
+            &cfg.e2,
+            Reg::FrameE2,
+            k,
+            &shift,
+            product,
+            n_exp,
+            &mut out.e2[k],
+        );
     }
 }
 
 /// a × b of every lane.
 #[inline(always)]
-fn cross_lanes<const N: usize, T: Tap>(lanes: usize, a: &Lanes<N, 3>, b: &Lanes<N, 3>) -> Lanes<N, 3> {
-    let mut out = [[0; N]; 3];
+fn cross_lanes<const N: usize, T: Tap>(
+    lanes: usize,
+    a: &Lanes<N, 3>,
+    b: &Lanes<N, 3>,
+    out: &mut Lanes<N, 3>,
+) {
     for (k, out) in out.iter_mut().enumerate() {
         let (p, q) = ((k + 1) % 3, (k + 2) % 3);
-        *out = each(lanes, |i| mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i]));
+        fill(lanes, out, |i| {
+            mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i])
+        });
     }
-    out
 }

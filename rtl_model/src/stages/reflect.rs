@@ -3,7 +3,7 @@
 use super::{Lanes, bits, block_frac, fits, frac, int, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
-use crate::lanes::{LaneSink, dot, each, mul};
+use crate::lanes::{LaneSink, dot, fill, mul};
 use crate::regs::Reg;
 use crate::tap::Tap;
 
@@ -113,39 +113,48 @@ pub fn reflect<const N: usize, T: Tap>(
     let (v, v_exp) = (input.v, input.v_exp);
     if let Some(n_frac) = input.n_mod_frac {
         let n_exp = |i: usize| input.n_exp[i];
-        let block = sink.block(&cfg.n, Reg::ReflectN, input.n, |_| n_frac, n_exp);
-        out.n = block.m;
-        out.n_lift = each(lanes, |i| cfg.n_frac - block.frac[i]);
+        let mut frac = [0; N];
+        let block = (&mut out.n, &mut frac);
+        sink.block(&cfg.n, Reg::ReflectN, input.n, |_| n_frac, n_exp, block);
+        fill(lanes, &mut out.n_lift, |i| cfg.n_frac - frac[i]);
     } else {
         out.n = *input.n;
         out.n_lift = [0; N];
     }
     let (n, n_lift) = (&out.n, &out.n_lift);
     let n_exp = |i: usize| input.n_exp[i] + n_lift[i];
-    out.n_dot_v = sink.write(
+    sink.write(
         &cfg.n_dot_v,
         Reg::ReflectNdotV,
         0,
         |i| dot::<T>(take(n, i), take(v, i)),
         |i| n_exp(i) + v_exp[i],
+        &mut out.n_dot_v,
     );
-    out.n_dot_n = sink.write(
+    sink.write(
         &cfg.n_dot_n,
         Reg::ReflectNdotN,
         0,
         |i| dot::<T>(take(n, i), take(n, i)),
         |i| 2 * n_exp(i),
+        &mut out.n_dot_n,
     );
     let (n_dot_v, n_dot_n) = (&out.n_dot_v, &out.n_dot_n);
     let lift = cfg.lift;
     let mut sum = [[0; N]; 3];
     for (sum, (n, v)) in sum.iter_mut().zip(n.iter().zip(v)) {
-        *sum = each(lanes, |i| {
+        fill(lanes, sum, |i| {
             (mul::<T>(2 * n[i], n_dot_v[i]) << lift[0]) - (mul::<T>(v[i], n_dot_n[i]) << lift[1])
         });
     }
     let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
-    let v_r = sink.block(&cfg.v_r, Reg::ReflectVr, &sum, |_| cfg.exact_frac, exp);
-    out.v_r = v_r.m;
-    out.v_r_frac = v_r.frac;
+    let block = (&mut out.v_r, &mut out.v_r_frac);
+    sink.block(
+        &cfg.v_r,
+        Reg::ReflectVr,
+        &sum,
+        |_| cfg.exact_frac,
+        exp,
+        block,
+    );
 }

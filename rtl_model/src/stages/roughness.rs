@@ -132,25 +132,29 @@ pub fn roughness<const N: usize, T: Tap>(
     let mut scaled = [[0; N]; 3];
     for (c, (scaled, d)) in scaled.iter_mut().zip(input.d).enumerate() {
         let product = |i: usize| mul::<T>(d[i], cfg.scale);
-        *scaled = sink.write(&cfg.d_scaled, Reg::RoughScaled, c, product, |_| 0);
+        sink.write(&cfg.d_scaled, Reg::RoughScaled, c, product, |_| 0, scaled);
     }
     // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
     let shift = Shift::new(lanes, &cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
     let mut e_uv = [[0; N]; 4];
     for (col, e) in [input.e1, input.e2].into_iter().enumerate() {
-        let v_e: [i64; N] = sink.write(
+        let mut v_e = [0; N];
+        sink.write(
             &cfg.v_dot_e[col],
             Reg::RoughVdotE,
             col,
             |i| dot::<T>(take(v, i), take(e, i)),
             |i| v_exp[i] + e_exp[i],
+            &mut v_e,
         );
-        let n_e: [i64; N] = sink.write(
+        let mut n_e = [0; N];
+        sink.write(
             &cfg.n_dot_e[col],
             Reg::RoughNdotE,
             col,
             |i| dot::<T>(take(n, i), take(e, i)),
             |i| n_exp(i) + e_exp[i],
+            &mut n_e,
         );
         let lift = cfg.lift[col];
         let mut dv_r = [[0; N]; 3];
@@ -160,34 +164,75 @@ pub fn roughness<const N: usize, T: Tap>(
                     + (mul::<T>(2 * n[c][i], v_e[i]) << lift[1])
                     - (mul::<T>(2 * v[c][i], n_e[i]) << lift[2])
             };
-            dv_r[c] = sink.write(&cfg.dv_r[col], Reg::RoughDvr, 3 * col + c, sum, exp);
+            sink.write(
+                &cfg.dv_r[col],
+                Reg::RoughDvr,
+                3 * col + c,
+                sum,
+                exp,
+                &mut dv_r[c],
+            );
         }
-        let t = cfg.project.rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
+        let t = cfg
+            .project
+            .rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
-            let numerator = sink.write(&cfg.numerator, Reg::RoughNumerator, c, |i| sum[i], exp);
+            let mut numerator = [0; N];
+            sink.write(
+                &cfg.numerator,
+                Reg::RoughNumerator,
+                c,
+                |i| sum[i],
+                exp,
+                &mut numerator,
+            );
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            e_uv[c] = sink.shift(&cfg.e, Reg::RoughE, c, &shift, quotient, |_| 0);
+            sink.shift(
+                &cfg.e,
+                Reg::RoughE,
+                c,
+                &shift,
+                quotient,
+                |_| 0,
+                &mut e_uv[c],
+            );
         }
     }
     let [e11, e12, e21, e22] = &e_uv;
     let [d1, d2, d3] = &scaled;
     let b = &cfg.b;
-    out.b[0] = sink.write(b, Reg::RoughB, 0, |i| mul::<T>(e11[i], d1[i]), |_| 0);
-    out.b[1] = sink.write(
+    sink.write(
+        b,
+        Reg::RoughB,
+        0,
+        |i| mul::<T>(e11[i], d1[i]),
+        |_| 0,
+        &mut out.b[0],
+    );
+    sink.write(
         b,
         Reg::RoughB,
         1,
         |i| mul::<T>(e11[i], d2[i]) + mul::<T>(e12[i], d3[i]),
         |_| 0,
+        &mut out.b[1],
     );
-    out.b[2] = sink.write(b, Reg::RoughB, 2, |i| mul::<T>(e21[i], d1[i]), |_| 0);
-    out.b[3] = sink.write(
+    sink.write(
+        b,
+        Reg::RoughB,
+        2,
+        |i| mul::<T>(e21[i], d1[i]),
+        |_| 0,
+        &mut out.b[2],
+    );
+    sink.write(
         b,
         Reg::RoughB,
         3,
         |i| mul::<T>(e21[i], d2[i]) + mul::<T>(e22[i], d3[i]),
         |_| 0,
+        &mut out.b[3],
     );
 }

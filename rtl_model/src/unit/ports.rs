@@ -57,32 +57,69 @@ impl Unit {
             None => (&self.reflect.n, Reg::ReflectN),
         };
         let v_port = (&self.reflect.v, Reg::ReflectV);
-        vector(&mut sink, v_port, &ports.v, &mut finite, &mut input.v, &mut input.v_exp);
-        vector(&mut sink, (n_port, n_reg), &ports.n, &mut finite, &mut input.n, &mut input.n_exp);
+        vector(
+            &mut sink,
+            v_port,
+            &ports.v,
+            &mut finite,
+            &mut input.v,
+            &mut input.v_exp,
+        );
+        vector(
+            &mut sink,
+            (n_port, n_reg),
+            &ports.n,
+            &mut finite,
+            &mut input.n,
+            &mut input.n_exp,
+        );
         for col in 0..2 {
             let dv = (&self.jacobian.dv[col], [Reg::JacDvDx, Reg::JacDvDy][col]);
             let dn = (&self.normal.dn[col], [Reg::JacDnDx, Reg::JacDnDy][col]);
             for c in 0..3 {
                 let k = 3 * col + c;
-                input.dv[k] = scalar(&mut sink, dv, c, &ports.dv[k], &input.v_exp, &mut finite);
-                input.dn[k] = scalar(&mut sink, dn, c, &ports.dn[k], &input.n_exp, &mut finite);
+                scalar(
+                    &mut sink,
+                    dv,
+                    c,
+                    &ports.dv[k],
+                    &input.v_exp,
+                    &mut finite,
+                    &mut input.dv[k],
+                );
+                scalar(
+                    &mut sink,
+                    dn,
+                    c,
+                    &ports.dn[k],
+                    &input.n_exp,
+                    &mut finite,
+                    &mut input.dn[k],
+                );
             }
         }
         if let Some(bump) = &self.bump {
             for (c, b) in input.b.iter_mut().enumerate() {
                 let port = (&bump.b, Reg::BumpB);
-                *b = scalar(&mut sink, port, c, &ports.b[c], &[0; N], &mut finite);
+                scalar(&mut sink, port, c, &ports.b[c], &[0; N], &mut finite, b);
             }
         }
         if let Some(rough) = &self.roughness {
             for (c, d) in input.d.iter_mut().enumerate() {
                 let port = (&rough.d, Reg::RoughD);
-                *d = scalar(&mut sink, port, c, &ports.d[c], &[0; N], &mut finite);
+                scalar(&mut sink, port, c, &ports.d[c], &[0; N], &mut finite, d);
             }
         }
         if let Some(frame) = &self.frame {
             let h_port = (&frame.h, Reg::FrameH);
-            vector(&mut sink, h_port, &ports.h, &mut finite, &mut input.h, &mut input.h_exp);
+            vector(
+                &mut sink,
+                h_port,
+                &ports.h,
+                &mut finite,
+                &mut input.h,
+                &mut input.h_exp,
+            );
         }
         let mut not_finite = [false; N];
         for (not, finite) in not_finite.iter_mut().zip(&finite) {
@@ -102,13 +139,14 @@ fn vector<const N: usize, T: Tap>(
     out: &mut Lanes<N, 3>,
     exp: &mut [i64; N],
 ) {
-    let block = vector_lanes(sink.n, q, words, finite);
-    for (c, m) in block.m.iter().enumerate() {
-        sink.put(reg, c, m, |i| block.frac[i]);
+    vector_lanes(sink.n, q, words, finite, out, exp);
+    for (c, m) in out.iter().enumerate() {
+        sink.put(reg, c, m, |i| exp[i]);
     }
     let nominal = i64::from(q.format.magnitude_bits()) - 1;
-    *exp = each(sink.n, |i| nominal - block.frac[i]);
-    *out = block.m;
+    for exp in &mut exp[..sink.n] {
+        *exp = nominal - *exp;
+    }
 }
 
 /// A port of a number.
@@ -120,8 +158,8 @@ fn scalar<const N: usize, T: Tap>(
     words: &[u64; N],
     exponent: &[i64; N],
     finite: &mut [bool; N],
-) -> [i64; N] {
-    let codes = scalar_lanes(sink.n, (q, reg), words, exponent, finite, sink.flags);
-    sink.put(reg, c, &codes, |i| i64::from(q.format.frac) - exponent[i]);
-    codes
+    out: &mut [i64; N],
+) {
+    scalar_lanes(sink.n, (q, reg), words, exponent, finite, sink.flags, out);
+    sink.put(reg, c, out, |i| i64::from(q.format.frac) - exponent[i]);
 }

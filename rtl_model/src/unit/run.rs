@@ -126,7 +126,8 @@ impl Unit {
     ) {
         let mut exp = [0; N];
         for (lane, e) in exp.iter_mut().enumerate().take(ports.len) {
-            *e = state.input.v_exp[lane] + 2 * (state.input.n_exp[lane] + state.reflected.n_lift[lane]);
+            *e = state.input.v_exp[lane]
+                + 2 * (state.input.n_exp[lane] + state.reflected.n_lift[lane]);
         }
         let input = cube_face::In {
             v_r: &state.reflected.v_r,

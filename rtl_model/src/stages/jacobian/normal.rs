@@ -153,21 +153,31 @@ impl Cfg {
         inv_nn: &[i64; N],
         n_exp: &[i64; N],
     ) -> Lanes<N, 3> {
-        let along = sink.write(
+        let mut along = [0; N];
+        sink.write(
             &self.dn_dot[col],
             Reg::JacNIdotDn,
             col,
             |i| dot::<T>(take(n, i), take(dn, i)),
             |i| 2 * n_exp[i],
+            &mut along,
         );
         let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
-        let along = sink.write(&self.along, Reg::JacAlong, col, product, |_| 0);
+        let mut along = [0; N];
+        sink.write(&self.along, Reg::JacAlong, col, product, |_| 0, &mut along);
         let (lift_dn, lift_along) = (self.lift_dn[col], self.lift_along[col]);
         let mut out = [[0; N]; 3];
         for (c, (out, (n, dn))) in out.iter_mut().zip(n.iter().zip(dn)).enumerate() {
             let sum = |i: usize| (dn[i] << lift_dn) - (mul::<T>(n[i], along[i]) << lift_along);
             let exp = |i: usize| n_exp[i];
-            *out = sink.write(&self.dn_perp[col], Reg::JacDnPerp, 3 * col + c, sum, exp);
+            sink.write(
+                &self.dn_perp[col],
+                Reg::JacDnPerp,
+                3 * col + c,
+                sum,
+                exp,
+                out,
+            );
         }
         out
     }
@@ -182,18 +192,38 @@ impl Cfg {
         e2_h: &[i64; N],
     ) -> [i64; N] {
         let lanes = sink.n;
-        let (m, e) = mantissa(lanes, &each(lanes, |i| e2_h[i].abs().max(1)));
-        let y = roms.recip.recip_lanes::<N, T>(lanes, &m);
-        let (k, e_k): ([i64; N], [i64; N]) = mantissa(lanes, &each(lanes, |i| n_h[i].abs().max(1)));
+        let [mut m, mut e, mut y] = [[0; N]; 3];
+        mantissa(lanes, |i| e2_h[i].abs().max(1), &mut m, &mut e);
+        roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
+        let (mut k, mut e_k) = (m, [0; N]);
+        mantissa(lanes, |i| n_h[i].abs().max(1), &mut k, &mut e_k);
         let product = |i: usize| {
             let product = mul_unsigned::<T>(k[i], y[i]);
-            let product = if n_h[i] == 0 || e2_h[i] == 0 { 0 } else { product };
-            if (n_h[i] < 0) == (e2_h[i] < 0) { product } else { -product }
+            let product = if n_h[i] == 0 || e2_h[i] == 0 {
+                0
+            } else {
+                product
+            };
+            if (n_h[i] < 0) == (e2_h[i] < 0) {
+                product
+            } else {
+                -product
+            }
         };
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
         let fixed = 2 * P + self.cot_frac - i64::from(self.turn[0].format.frac);
         let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
-        sink.shift(&self.turn[0], Reg::JacTurn, 0, &shift, product, |_| 0)
+        let mut out = [0; N];
+        sink.shift(
+            &self.turn[0],
+            Reg::JacTurn,
+            0,
+            &shift,
+            product,
+            |_| 0,
+            &mut out,
+        );
+        out
     }
 
     /// ∂n⊥ + b1 ∂e1 + b2 ∂e2 of one column, exact.
@@ -211,31 +241,44 @@ impl Cfg {
         let mut tilt = [[0; N]; 2];
         for (k, tilt) in tilt.iter_mut().enumerate() {
             let c = 2 * col + k;
-            let along = sink.write(
+            let mut along = [0; N];
+            sink.write(
                 &self.perp_dot_e[k],
                 Reg::JacPerpDotE,
                 c,
                 |i| dot::<T>(take(perp, i), take(e[k], i)),
                 |i| 2 * n_exp[i],
+                &mut along,
             );
             let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
-            *tilt = sink.write(&self.tilt, Reg::JacTilt, c, product, |_| 0);
+            sink.write(&self.tilt, Reg::JacTilt, c, product, |_| 0, tilt);
         }
         let product = |i: usize| mul::<T>(tilt[0][i], cot[i]);
-        let turn = sink.write(&self.turn[1], Reg::JacTurn, 1 + col, product, |_| 0);
+        let mut turn = [0; N];
+        sink.write(
+            &self.turn[1],
+            Reg::JacTurn,
+            1 + col,
+            product,
+            |_| 0,
+            &mut turn,
+        );
         let mut out = [[0; N]; 3];
         for (c, out) in out.iter_mut().enumerate() {
             *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
             for k in 0..2 {
                 let (other, sign) = if k == 0 { (e[1], 1) } else { (e[0], -1) };
                 let lift = self.de_lift[k];
-                let de = |i: usize| {
+                let exact = |i: usize| {
                     ((sign * mul::<T>(turn[i], other[c][i])) << lift[1])
                         - (mul::<T>(tilt[k][i], frame.n[c][i]) << lift[0])
                 };
                 let at = 6 * col + 3 * k + c;
-                let de = sink.write(&self.de[k], Reg::JacDe, at, de, |i| n_exp[i]);
-                *out = each(lanes, |i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
+                let mut de = [0; N];
+                sink.write(&self.de[k], Reg::JacDe, at, exact, |i| n_exp[i], &mut de);
+                *out = each(lanes, |i| {
+                    out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1])
+                });
             }
         }
         out
@@ -263,7 +306,7 @@ pub fn normal<const N: usize, T: Tap>(
                 let shift = Shift::new(lanes, q, |i| q.frac_in - mod_frac + lift[i]);
                 for c in 3 * col..3 * col + 3 {
                     let dn = |i: usize| input.dn[c][i];
-                    dn_mod[c] = sink.shift(q, Reg::JacDnMod, c, &shift, dn, exp);
+                    sink.shift(q, Reg::JacDnMod, c, &shift, dn, exp, &mut dn_mod[c]);
                 }
             }
             return;
@@ -271,12 +314,23 @@ pub fn normal<const N: usize, T: Tap>(
         (Some(frame), _) => frame,
     };
     let n = frame.n;
-    let (m, e) = mantissa(lanes, &each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1)));
-    let inv = roms.recip.recip_lanes::<N, T>(lanes, &m);
+    let square: [i64; N] = each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1));
+    let [mut m, mut e, mut inv] = [[0; N]; 3];
+    mantissa(lanes, |i| square[i], &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut inv);
     let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - i64::from(cfg.inv_nn.format.frac);
     let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
     let inv_exp = |i: usize| -2 * n_exp[i];
-    let inv_nn = sink.shift(&cfg.inv_nn, Reg::JacInvNn, 0, &shift, |i| inv[i], inv_exp);
+    let mut inv_nn = [0; N];
+    sink.shift(
+        &cfg.inv_nn,
+        Reg::JacInvNn,
+        0,
+        &shift,
+        |i| inv[i],
+        inv_exp,
+        &mut inv_nn,
+    );
     let mut perp = [[[0; N]; 3]; 2];
     for (col, perp) in perp.iter_mut().enumerate() {
         *perp = cfg.perpendicular(&mut sink, col, n, column(input.dn, col), &inv_nn, n_exp);
@@ -296,7 +350,15 @@ pub fn normal<const N: usize, T: Tap>(
     for (col, perp) in perp.iter().enumerate() {
         for (c, perp) in perp.iter().enumerate() {
             let c = 3 * col + c;
-            dn_mod[c] = sink.shift(q, Reg::JacDnMod, c, &shift, |i| perp[i], exp);
+            sink.shift(
+                q,
+                Reg::JacDnMod,
+                c,
+                &shift,
+                |i| perp[i],
+                exp,
+                &mut dn_mod[c],
+            );
         }
     }
 }
