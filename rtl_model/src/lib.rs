@@ -10,6 +10,11 @@
     clippy::disallowed_types,
     clippy::as_conversions
 )]
+#![allow(
+    clippy::needless_range_loop,
+    clippy::too_many_arguments,
+    reason = "lanes: loops over an index are what becomes vector code, and arrays are written where they lie"
+)]
 
 extern crate alloc;
 

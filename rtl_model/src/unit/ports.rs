@@ -3,7 +3,7 @@
 use super::Unit;
 use super::block::{NO_FLAGS, Ports, State, Words};
 use crate::fx::Quantizer;
-use crate::lanes::{LaneSink, each};
+use crate::lanes::LaneSink;
 use crate::port::{scalar_lanes, vector_lanes};
 use crate::regs::{Event, Reg};
 use crate::stages::Lanes;

@@ -1,5 +1,7 @@
 //! Running a unit: each stage over a block, and all of them.
 
+use core::slice::{from_mut, from_ref};
+
 use super::Unit;
 use super::block::{NO_FLAGS, Ports, Results, State};
 use crate::stages::jacobian::normal;
@@ -19,17 +21,26 @@ impl Unit {
         state: &mut State<N>,
         tap: &mut T,
     ) {
-        self.ports(ports, state, tap);
-        self.local_frame(ports, state, tap);
-        self.bump(ports, state, tap);
-        self.reflect(ports, state, tap);
-        self.cube_face(ports, state, tap);
-        self.normal(ports, state, tap);
-        self.jacobian(ports, state, tap);
-        self.roughness(ports, state, tap);
-        self.covariance(ports, state, tap);
-        self.eigen(ports, state, tap);
-        self.footprint(ports, state, tap);
+        self.fronts(from_ref(ports), from_mut(state), tap);
+    }
+
+    /// [`Unit::front`] of several blocks, each stage for all of them before the next: a stage's code is
+    /// fetched once for all. A tap that listens cannot tell the blocks apart.
+    #[inline(always)]
+    pub fn fronts<const N: usize, T: Tap>(
+        &self,
+        ports: &[Ports<N>],
+        states: &mut [State<N>],
+        tap: &mut T,
+    ) {
+        macro_rules! each {
+            ($($stage:ident)+) => { $(
+                for (ports, state) in ports.iter().zip(states.iter_mut()) {
+                    self.$stage(ports, state, tap);
+                }
+            )+ };
+        }
+        each!(ports local_frame bump reflect cube_face normal jacobian roughness covariance eigen footprint);
     }
 
     /// `local_frame`, if the scene needs it.
@@ -366,8 +377,22 @@ impl Unit {
         tap: &mut T,
     ) {
         self.front(ports, state, tap);
+        self.finish(state, ports.len, texture, out, tap);
+    }
+
+    /// What follows [`Unit::front`]: the filter of `len` lanes, or without a texture their probe counts
+    /// and flags.
+    #[inline(always)]
+    pub fn finish<const N: usize, T: Tap>(
+        &self,
+        state: &State<N>,
+        len: usize,
+        texture: Option<&Texture>,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
         match texture {
-            Some(texture) => self.back(state, ports.len, texture, out, tap),
+            Some(texture) => self.back(state, len, texture, out, tap),
             None => {
                 out.probes = state.line.count;
                 out.flags = state.flags;
