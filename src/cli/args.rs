@@ -72,22 +72,35 @@ pub(super) struct SceneArgs {
     #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
     mesh: Option<Option<String>>,
     /// Distances from the reference point for `hit` lines: box:HX,HY,HZ or sphere:R.
-    #[arg(long, value_name = "MAP", allow_hyphen_values = true)]
-    distance: Option<String>,
+    #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
+    distance: Option<Option<String>>,
 }
 
 impl SceneArgs {
     /// Refuses, in plain words, the flags of operations that are not built yet.
     pub(super) fn refuse_later(&self) -> Result<(), InputError> {
-        if self.mesh.is_some() {
-            return Err(InputError::new(
-                "--mesh",
+        let later = [
+            ("--mesh", self.mesh.is_some()),
+            ("--distance", self.distance.is_some()),
+        ];
+        Self::refuse(&later)
+    }
+
+    /// [`SceneArgs::refuse_later`] for trace lines, which take a distance map.
+    pub(super) fn refuse_later_in_lines(&self) -> Result<(), InputError> {
+        Self::refuse(&[("--mesh", self.mesh.is_some())])
+    }
+
+    fn refuse(later: &[(&str, bool)]) -> Result<(), InputError> {
+        match later.iter().find(|(_, given)| *given) {
+            Some((flag, _)) => Err(InputError::new(
+                *flag,
                 "a flag of this version",
                 "one that is not built yet",
                 "leave it out",
-            ));
+            )),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The distance map that was named.
@@ -95,6 +108,7 @@ impl SceneArgs {
         let Some(text) = &self.distance else {
             return Ok(None);
         };
+        let text = text.as_deref().unwrap_or("");
         match Distance::analytic(text) {
             Some(distance) => distance.map(Some),
             None => Err(InputError::new(

@@ -218,7 +218,11 @@ impl Tracer {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_later()?;
+    if args.input.is_some() {
+        args.scene_args.refuse_later_in_lines()?;
+    } else {
+        args.scene_args.refuse_later()?;
+    }
     args.run.prepare()?;
     if args.raw && args.engine == TraceEngine::F64 {
         return Err(InputError::new(
