@@ -12,6 +12,8 @@ pub mod engine;
 pub mod error;
 pub mod fragment;
 pub mod image;
+pub mod mesh;
+pub mod optics;
 pub mod picture;
 pub mod reference;
 pub mod report;

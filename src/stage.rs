@@ -17,6 +17,8 @@ pub enum Stage {
     Jacobian,
     /// The roughness ellipse B carried to the face: B'.
     Roughness,
+    /// Angle and width of a ray cone on its way.
+    RayCone,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -39,6 +41,7 @@ impl Stage {
         Self::CubeFace,
         Self::Jacobian,
         Self::Roughness,
+        Self::RayCone,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -57,6 +60,7 @@ impl Stage {
             Self::CubeFace => "cube_face",
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",
+            Self::RayCone => "ray_cone",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

@@ -365,7 +365,12 @@ fn no_knob_is_dead() {
     let bench = Bench::new();
     let mut dead = Vec::new();
     let mut tried = 0;
+    // tests/ray_cone tries those of cones, which no ENV fragment has.
+    let of_fragments = |path: &str| !path.starts_with("cone.");
     for knob in UnitSpec::default().knobs() {
+        if !of_fragments(&knob.path) {
+            continue;
+        }
         let path = knob.path.as_str();
         // Rays move those, not fragments: tests/hit.
         if path.starts_with("hit.") || path.starts_with("registers.hit.") {

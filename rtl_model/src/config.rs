@@ -5,6 +5,7 @@ use alloc::string::String;
 use crate::fx::Format;
 use crate::policy::{Axis, Count, Dnmod, HitPolicy, Minor, Placement, Weights};
 use crate::regs::Reg;
+use crate::stages::ray_cone::ConeConfig;
 use crate::tables::TableSpec;
 
 /// Fraction bits of `Config::roughness_scale`.
@@ -103,6 +104,8 @@ pub struct Config {
     pub texel_int: u32,
     /// Fraction bits of a decoded texel.
     pub texel_frac: u32,
+    /// Registers and rules of ray cones.
+    pub cone: ConeConfig,
 }
 
 impl Default for Config {
@@ -142,6 +145,7 @@ impl Default for Config {
             hit: HitPolicy::default(),
             texel_int: 17,
             texel_frac: 24,
+            cone: ConeConfig::default(),
         }
     }
 }

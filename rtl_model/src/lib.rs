@@ -13,6 +13,7 @@
 
 extern crate alloc;
 
+pub mod cone;
 pub mod config;
 pub mod distance;
 pub mod fx;

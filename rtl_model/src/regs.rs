@@ -190,6 +190,12 @@ pub enum Event {
     HitNoPlane,
     /// A step went beyond the reference surface.
     HitOvershoot,
+    /// A cone's angle was beyond its format: ± the largest number was taken.
+    ConeAngleSaturated,
+    /// A cone's width was beyond its format: ± the largest number was taken.
+    ConeWidthSaturated,
+    /// A number of a cone was infinite or not a number: the largest finite number, or 0, was taken.
+    ConeNotFinite,
 }
 
 impl Event {
@@ -203,6 +209,9 @@ impl Event {
         Self::HitNoDirection,
         Self::HitNoPlane,
         Self::HitOvershoot,
+        Self::ConeAngleSaturated,
+        Self::ConeWidthSaturated,
+        Self::ConeNotFinite,
     ];
     /// How many there are.
     pub const COUNT: usize = Self::ALL.len();
@@ -219,6 +228,9 @@ impl Event {
             Self::HitNoDirection => "hit.no_direction",
             Self::HitNoPlane => "hit.no_plane",
             Self::HitOvershoot => "hit.overshoot",
+            Self::ConeAngleSaturated => "ray_cone.angle.saturated",
+            Self::ConeWidthSaturated => "ray_cone.width.saturated",
+            Self::ConeNotFinite => "ray_cone.non_finite",
         }
     }
 

@@ -15,6 +15,7 @@ pub mod footprint;
 pub mod hit;
 pub mod jacobian;
 pub mod local_frame;
+pub mod ray_cone;
 pub mod reflect;
 pub mod roughness;
 

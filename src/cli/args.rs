@@ -23,8 +23,8 @@ pub(super) struct UnitArgs {
 impl UnitArgs {
     /// The unit, checked: its configuration can be exact inside with every stage built.
     pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
-        let spec = file::load(self.unit.as_deref(), &self.sets)?;
-        super::unit::check_named(&spec, self.unit.as_deref(), &self.sets)?;
+        let (spec, origins) = file::load(self.unit.as_deref(), &self.sets)?;
+        origins.check(&spec, super::unit::check)?;
         Ok(spec)
     }
 }
@@ -68,9 +68,9 @@ pub(super) struct SceneArgs {
         allow_negative_numbers = true
     )]
     pub(super) max_image_mb: u64,
-    /// Of a later version.
-    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
-    mesh: Option<Option<String>>,
+    /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
+    #[arg(long, value_name = "FILE")]
+    pub(super) mesh: Option<PathBuf>,
     /// Distances from the reference point for `hit` lines: box:HX,HY,HZ or sphere:R.
     #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
     distance: Option<Option<String>>,
@@ -79,28 +79,15 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Refuses, in plain words, the flags of operations that are not built yet.
     pub(super) fn refuse_later(&self) -> Result<(), InputError> {
-        let later = [
-            ("--mesh", self.mesh.is_some()),
-            ("--distance", self.distance.is_some()),
-        ];
-        Self::refuse(&later)
-    }
-
-    /// [`SceneArgs::refuse_later`] for trace lines, which take a distance map.
-    pub(super) fn refuse_later_in_lines(&self) -> Result<(), InputError> {
-        Self::refuse(&[("--mesh", self.mesh.is_some())])
-    }
-
-    fn refuse(later: &[(&str, bool)]) -> Result<(), InputError> {
-        match later.iter().find(|(_, given)| *given) {
-            Some((flag, _)) => Err(InputError::new(
-                *flag,
+        if self.distance.is_some() {
+            return Err(InputError::new(
+                "--distance",
                 "a flag of this version",
                 "one that is not built yet",
                 "leave it out",
-            )),
-            None => Ok(()),
+            ));
         }
+        Ok(())
     }
 
     /// The distance map that was named.

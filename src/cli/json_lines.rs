@@ -15,6 +15,32 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// The value of a key.
+    pub(super) fn find(&self, key: &str) -> Option<&RawValue> {
+        let entry = self.entries.iter().find(|(k, _)| k == key);
+        entry.map(|(_, value)| &**value)
+    }
+
+    /// Refuses keys other than these and `id`.
+    pub(super) fn only(
+        &self,
+        subject: &str,
+        number: usize,
+        keys: &[&str],
+    ) -> Result<(), InputError> {
+        let strange = |k: &str| k != "id" && !keys.contains(&k);
+        match self.entries.iter().find(|(k, _)| strange(k)) {
+            None => Ok(()),
+            Some((key, _)) => Err(error(
+                subject,
+                number,
+                &short(key),
+                &format!("the keys {}, id", keys.join(", ")),
+                "an unknown key".into(),
+            )),
+        }
+    }
+
     /// The line with `out` as its last key.
     pub(super) fn with_out(&self, out: &serde_json::Map<String, serde_json::Value>) -> String {
         let mut text = String::from("{");
@@ -77,12 +103,41 @@ const KEYS: [&str; 10] = [
 ];
 
 /// Shortens what a user wrote so that it fits into a message.
-fn short(text: &str) -> String {
+pub(super) fn short(text: &str) -> String {
     let mut out: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
     if text.chars().count() > 40 {
         out.push('…');
     }
     out
+}
+
+const REMEDY: &str = "docs/trace-lines.md shows the format";
+
+/// An error at a key of a line.
+pub(super) fn error(
+    subject: &str,
+    number: usize,
+    key: &str,
+    expected: &str,
+    found: String,
+) -> InputError {
+    InputError::new(subject, expected, found, REMEDY).at(format!("line {number}, `{key}`"))
+}
+
+/// Keys and values of an object, each key once.
+pub(super) fn entries(text: &str) -> Result<Vec<(String, Box<RawValue>)>, serde_json::Error> {
+    serde_json::from_str(text).map(|Entries(entries)| entries)
+}
+
+/// The line if it is an object with that `op`; what is wrong with others, [`parse`] says.
+pub(super) fn with_op(text: &str, op: &str) -> Option<Line> {
+    let mut entries = entries(text).ok()?;
+    entries.retain(|(key, _)| key != "out");
+    let line = Line { entries };
+    let found = line
+        .find("op")
+        .and_then(|v| serde_json::from_str::<String>(v.get()).ok());
+    (found.as_deref() == Some(op)).then_some(line)
 }
 
 /// Reads one line; `number` counts from 1.
@@ -126,7 +181,7 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
     let op = find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
     match op.as_deref() {
         Some("env" | "hit") => {}
-        Some(op @ ("cone" | "tex")) => {
+        Some(op @ "tex") => {
             return wrong(
                 "op",
                 "\"env\" or \"hit\"",
@@ -200,7 +255,7 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
 }
 
 /// An array of `N` numbers; "inf", "-inf" and "nan" are numbers too.
-fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
+pub(super) fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
     let items: Vec<&RawValue> =
         serde_json::from_str(value.get()).map_err(|_| short(value.get()))?;
     let items: &[&RawValue; N] = items
@@ -209,20 +264,24 @@ fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
         .map_err(|_| format!("an array of {}", items.len()))?;
     let mut out = [0.0; N];
     for (o, item) in out.iter_mut().zip(items) {
-        let text = item.get();
-        *o = if let Ok(word) = serde_json::from_str::<String>(text) {
-            match word.as_str() {
-                "inf" => f64::INFINITY,
-                "-inf" => f64::NEG_INFINITY,
-                "nan" => f64::NAN,
-                _ => return Err(short(text)),
-            }
-        } else if text.starts_with(|c: char| c == '-' || c.is_ascii_digit()) {
-            // A JSON number is one of Rust's; beyond a double's range it becomes infinite or zero.
-            text.parse().map_err(|_| short(text))?
-        } else {
-            return Err(short(text));
-        };
+        *o = number(item.get())?;
     }
     Ok(out)
+}
+
+/// A number, or one of the strings "inf", "-inf" and "nan".
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    if let Ok(word) = serde_json::from_str::<String>(text) {
+        return match word.as_str() {
+            "inf" => Ok(f64::INFINITY),
+            "-inf" => Ok(f64::NEG_INFINITY),
+            "nan" => Ok(f64::NAN),
+            _ => Err(short(text)),
+        };
+    }
+    if text.starts_with(|c: char| c == '-' || c.is_ascii_digit()) {
+        // A JSON number is one of Rust's; beyond a double's range it becomes infinite or zero.
+        return text.parse().map_err(|_| short(text));
+    }
+    Err(short(text))
 }

@@ -11,7 +11,7 @@ use serde_json::{Map, Number, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::json_lines::Op;
-use super::{Failure, json_lines, subject, trace_hit, trace_pixel};
+use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel};
 use crate::cube::{CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::encode;
@@ -112,6 +112,13 @@ impl Tracer {
             probe: RtlProbe::default(),
             spec,
         })
+    }
+
+    fn cone_output(&self) -> trace_cone::Output {
+        trace_cone::Output {
+            engine: self.engine,
+            raw: self.raw,
+        }
     }
 
     pub(super) fn code(&self, code: Code) -> Value {
@@ -218,9 +225,7 @@ impl Tracer {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    if args.input.is_some() {
-        args.scene_args.refuse_later_in_lines()?;
-    } else {
+    if args.input.is_none() {
         args.scene_args.refuse_later()?;
     }
     args.run.prepare()?;
@@ -392,6 +397,11 @@ fn one(
     };
     if text.trim().is_empty() {
         return Ok(None);
+    }
+    if let Some(answer) =
+        trace_cone::answer(&tracer.spec, tracer.cone_output(), subject, number, text)?
+    {
+        return Ok(Some(answer));
     }
     let (line, op) = json_lines::parse(subject, number, text)?;
     let out = match op {

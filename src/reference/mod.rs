@@ -20,6 +20,7 @@ pub mod hit;
 pub mod jacobian;
 pub mod local_frame;
 pub mod prepared;
+pub mod ray_cone;
 pub mod real;
 pub mod reflect;
 pub mod roughness;
