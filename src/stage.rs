@@ -33,7 +33,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
