@@ -229,7 +229,12 @@ fn regenerated(stage: &str, text: &str, measured: Option<&Value>) -> String {
         rest = behind;
     }
     out.push_str(rest);
-    let wanted = ["errors", "example", "registers"];
+    // `hit` takes rays: neither the fragments of the examples nor a scene of `compare` reach it.
+    let wanted: &[&str] = if stage == Stage::Hit.name() {
+        &["registers"]
+    } else {
+        &["errors", "example", "registers"]
+    };
     assert!(
         wanted.iter().all(|kind| kinds.contains(kind)),
         "{stage} lacks one of the blocks {wanted:?}: {kinds:?}"
@@ -264,7 +269,7 @@ fn has_fixed_registers(stage: Stage) -> bool {
 
 #[test]
 fn every_measured_error_belongs_to_a_register_of_its_stage() {
-    for stage in Stage::ALL {
+    for stage in Stage::ALL.into_iter().filter(|s| *s != Stage::Hit) {
         let path = house::root(&format!("docs/stages/{}.md", stage.name()));
         let text = house::read(&path);
         if !has_fixed_registers(stage) {
@@ -304,7 +309,10 @@ fn the_examples_reach_every_stage_and_raise_no_overflow() {
     let (bumpy, bumpy_codes) = run("bumpy");
     assert!(plain.flags.is_empty() && bumpy.flags.is_empty());
     assert!(plain.probes > 1);
-    for stage in Stage::ALL.into_iter().filter(|s| has_fixed_registers(*s)) {
+    for stage in Stage::ALL
+        .into_iter()
+        .filter(|s| *s != Stage::Hit && has_fixed_registers(*s))
+    {
         let written = registers(stage.name()).any(|reg| {
             let codes = plain_codes.get(reg).iter().chain(bumpy_codes.get(reg));
             codes.into_iter().any(|code| code.raw != 0)

@@ -371,8 +371,12 @@ fn no_knob_is_dead() {
         if !of_fragments(&knob.path) {
             continue;
         }
-        tried += 1;
         let path = knob.path.as_str();
+        // Rays move those, not fragments: tests/hit.
+        if path.starts_with("hit.") || path.starts_with("registers.hit.") {
+            continue;
+        }
+        tried += 1;
         if let (Some(reg), "overflow") = (register_of(path), key(path)) {
             dead.extend(dead_modes(&bench, reg));
             continue;

@@ -95,6 +95,7 @@ impl SceneArgs {
         let Some(text) = &self.distance else {
             return Ok(None);
         };
+        let text = text.as_deref().unwrap_or("");
         match Distance::analytic(text) {
             Some(distance) => distance.map(Some),
             None => Err(InputError::new(
