@@ -72,8 +72,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,
     /// Distances from the reference point for `hit` lines: box:HX,HY,HZ or sphere:R.
-    #[arg(long, value_name = "MAP", allow_hyphen_values = true)]
-    distance: Option<String>,
+    #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
+    distance: Option<Option<String>>,
 }
 
 impl SceneArgs {
