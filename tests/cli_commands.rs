@@ -38,7 +38,7 @@ fn commands_of_later_versions_say_so_whatever_follows() {
     ] {
         tapline(args).refused(&[args[0], "not built yet"]);
     }
-    for flag in ["--mesh", "--distance"] {
+    for flag in ["--distance"] {
         for args in [
             &["compare", "sphere", flag, "x"][..],
             &[
@@ -207,6 +207,43 @@ fn a_pair_without_any_difference_has_no_psnr() {
     let value = tapline(&["diff", path, path, "--json", "-"]).done().json();
     assert!(value["pairs"][0]["psnr_db"].is_null());
     tapline(&["diff", path, path, "--min-psnr", "200"]).done();
+}
+
+#[test]
+fn two_result_files_differ_where_their_units_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (a, b) = (path("a.json"), path("b.json"));
+    let run = |target: &str, more: &[&str]| {
+        let mut args = vec!["--engines", "rtl,f64", "--json", target];
+        args.extend(more);
+        compare(&args).done();
+    };
+    run(&a, &[]);
+    run(&b, &["--set", "eigen.entries=10"]);
+    let same = tapline(&["diff", &a, &a]).done();
+    assert!(same.stdout.starts_with("no difference"), "{}", same.stdout);
+    let value = tapline(&["diff", &a, &b, "--json", "-"]).done().json();
+    let figure = |table: &str, entry: &str, figure: &str| {
+        let rows = value["figures"].as_array().unwrap().iter();
+        let found =
+            rows.filter(|r| r["table"] == table && r["entry"] == entry && r["figure"] == figure);
+        let found: Vec<_> = found.collect();
+        assert_eq!(found.len(), 1, "{table} {entry} {figure}");
+        (found[0]["a"].clone(), found[0]["b"].clone())
+    };
+    assert_eq!(figure("unit", "eigen.entries", ""), (32.into(), 10.into()));
+    let (finer, coarser) = figure("pairs", "rtl - f64", "psnr_db");
+    assert!(finer.as_f64().unwrap() > coarser.as_f64().unwrap());
+    let (x, y) = figure("registers", "covariance.k", "worst_lsb");
+    assert_eq!(x, y, "the angle table lies behind K");
+    assert!(x.as_f64().unwrap() > 0.0);
+
+    std::fs::write(&b, "{\"pairs\": [}").unwrap();
+    tapline(&["diff", &a, &b]).refused(&[&b, "line 1, column 12"]);
+    std::fs::write(&b, "{\"pairs\": [{\"a\": \"rtl\"}]}").unwrap();
+    tapline(&["diff", &a, &b]).refused(&[&b, "pairs[0]"]);
+    tapline(&["diff", &a, &a, "--min-psnr", "40"]).refused(&["--min-psnr"]);
 }
 
 #[test]

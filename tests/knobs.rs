@@ -365,7 +365,12 @@ fn no_knob_is_dead() {
     let bench = Bench::new();
     let mut dead = Vec::new();
     let mut tried = 0;
+    // tests/ray_cone tries those of cones, which no ENV fragment has.
+    let of_fragments = |path: &str| !path.starts_with("cone.");
     for knob in UnitSpec::default().knobs() {
+        if !of_fragments(&knob.path) {
+            continue;
+        }
         tried += 1;
         let path = knob.path.as_str();
         if let (Some(reg), "overflow") = (register_of(path), key(path)) {

@@ -18,7 +18,9 @@
 
 extern crate alloc;
 
+pub mod cone;
 pub mod config;
+pub mod distance;
 pub mod fx;
 mod lanes;
 mod literals;

@@ -12,8 +12,10 @@ pub mod cube_face;
 pub mod eigen;
 pub mod filter;
 pub mod footprint;
+pub mod hit;
 pub mod jacobian;
 pub mod local_frame;
+pub mod ray_cone;
 pub mod reflect;
 pub mod roughness;
 

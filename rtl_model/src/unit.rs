@@ -1,10 +1,12 @@
 //! The unit: stages wired for what a scene needs, over blocks of lanes.
 
 mod block;
+mod hit;
 mod ports;
 mod run;
 
 pub use block::{Inputs, Needs, Ports, Results, State, Words};
+pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;
@@ -74,7 +76,12 @@ fn has_narrow_products(config: &Config) -> bool {
     ];
     Reg::ALL
         .iter()
-        .filter(|reg| !["address", "filter"].contains(&reg.info().stage) && !SPLIT.contains(reg))
+        .filter(|reg| {
+            let stage = reg.info().stage;
+            // Of `hit`'s registers only the direction that is looked up goes through lanes.
+            let by_lanes = !["hit", "address", "filter"].contains(&stage) || **reg == Reg::HitTo;
+            by_lanes && !SPLIT.contains(reg)
+        })
         .all(|reg| config.format(*reg).magnitude_bits() <= 31)
 }
 

@@ -1,12 +1,12 @@
-//! `diff A B`: two pictures, the same metrics as `compare`.
+//! `diff A B`: two pictures, the same metrics as `compare`; or two result files of `compare`.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::Failure;
 use super::output::{JsonTarget, Kind, write_picture};
+use super::{Failure, diff_results};
 use crate::error::InputError;
 use crate::image::load::{LoadOptions, load_planar};
 use crate::image::planar::Colour;
@@ -20,9 +20,9 @@ use crate::srgb::srgb_decode;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// First picture (EXR, HDR, PNG, JPEG).
+    /// First picture (EXR, HDR, PNG, JPEG) or result file (JSON).
     a: PathBuf,
-    /// Second picture; the relative error is relative to this one.
+    /// Second one of the same kind; the relative error is relative to this one.
     b: PathBuf,
     /// Error map.
     #[arg(long, value_name = "FILE")]
@@ -59,19 +59,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )
         .into());
     }
-    for path in [&args.a, &args.b] {
-        if path
-            .extension()
+    let is_result = |path: &Path| {
+        path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-        {
-            return Err(InputError::new(
-                path.display().to_string(),
-                "a picture",
-                "a result file, which this version does not compare",
-                "name two pictures",
-            )
-            .into());
-        }
+    };
+    if is_result(&args.a) || is_result(&args.b) {
+        return results(args);
     }
     let target = JsonTarget::open(args.json.as_deref())?;
     let map_file = match &args.out {
@@ -114,6 +107,25 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Two result files: nothing of what concerns pictures applies.
+fn results(args: &Args) -> Result<(), Failure> {
+    for (flag, given) in [
+        ("--out", args.out.is_some()),
+        ("--min-psnr", args.min_psnr.is_some()),
+    ] {
+        if given {
+            return Err(InputError::new(
+                flag,
+                "two pictures beside it",
+                "result files",
+                "leave it out, or name two pictures",
+            )
+            .into());
+        }
+    }
+    diff_results::run(&args.a, &args.b, JsonTarget::open(args.json.as_deref())?)
 }
 
 fn load(path: &Path, max_image_mb: u64) -> Result<Picture, InputError> {

@@ -7,6 +7,7 @@ mod compare;
 mod compare_files;
 mod compare_tables;
 mod diff;
+mod diff_results;
 mod interrupt;
 mod json_lines;
 mod output;
@@ -16,6 +17,8 @@ mod scenes;
 mod subject;
 mod tables;
 mod trace;
+mod trace_cone;
+mod trace_hit;
 mod trace_pixel;
 mod unit;
 
@@ -99,7 +102,7 @@ enum Command {
     Unit(unit::Args),
     /// Print a table's contents.
     Tables(tables::Args),
-    /// Compare two pictures.
+    /// Compare two pictures, or two result files of `compare`.
     Diff(diff::Args),
     /// Test vectors (not built yet).
     Vectors(Later),

@@ -17,7 +17,8 @@ use super::output::{JsonTarget, Origin, unit_json};
 use crate::error::InputError;
 use crate::report::table::{Align, Table, significant};
 use crate::unit::bounds::{self, Bound};
-use crate::unit::{UnitSpec, file, refused};
+use crate::unit::file::{self, Origins};
+use crate::unit::{UnitSpec, refused};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -70,25 +71,7 @@ pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
     Ok(())
 }
 
-/// [`check`], with an error that names the file which the unit came from.
-pub(super) fn check_named(
-    spec: &UnitSpec,
-    file: Option<&str>,
-    sets: &[String],
-) -> Result<(), InputError> {
-    check(spec).map_err(|mut e| {
-        e.subject = match (file, sets) {
-            (Some("-"), []) => "standard input".into(),
-            (Some(file), []) => file.into(),
-            (Some(file), _) => format!("{file} with --set"),
-            (None, []) => e.subject,
-            (None, _) => "--set".into(),
-        };
-        e
-    })
-}
-
-fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<UnitSpec, InputError> {
+fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<(UnitSpec, Origins), InputError> {
     if let (Some(file), Some(other)) = (file, &unit.unit) {
         return Err(InputError::new(
             "unit",
@@ -106,9 +89,8 @@ fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<UnitSpec, InputError>
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
         Action::Check { file, json, unit } => {
-            let spec = merge(file.as_ref(), unit)?;
-            let name = file.as_deref().or(unit.unit.as_deref());
-            check_named(&spec, name, &unit.sets)?;
+            let (spec, origins) = merge(file.as_ref(), unit)?;
+            origins.check(&spec, check)?;
             let target = JsonTarget::open(json.as_deref())?;
             let (registers, tables) = (register_bits(&spec.config), table_bits(&spec.config)?);
             if !target.takes_stdout() {
@@ -129,7 +111,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             json,
             unit,
         } => {
-            let spec = merge(file.as_ref(), unit)?;
+            let (spec, _) = merge(file.as_ref(), unit)?;
             let target = JsonTarget::open(json.as_deref())?;
             if !target.takes_stdout() {
                 if *toml {

@@ -25,6 +25,7 @@ pub mod write;
 pub use load::{Cleaned, LoadOptions, load_environment, load_planar, load_planar_levels};
 pub use mips::build_mips;
 pub use planar::{EnvLayout, Planar};
+pub(crate) use quiet::guarded;
 pub use quiet::install_quiet_panic_hook;
 pub use whole::WholeFile;
 pub use write::{Sample, write_exr, write_png};

@@ -13,24 +13,108 @@ use crate::error::InputError;
 /// Largest unit file that is read.
 const MAX_BYTES: u64 = 1 << 20;
 
+/// Where the values of a unit come from, for messages about the unit as a whole.
+#[derive(Clone, Debug, Default)]
+pub struct Origins {
+    /// The unit before anything was set.
+    base: UnitSpec,
+    /// Every path that was set, in order, and where: "FILE, line L, column C" or "--set".
+    set: Vec<(String, String)>,
+}
+
+impl Origins {
+    /// Checks a unit. A refusal names the place of the setting without which the unit would pass; where
+    /// no single one is to blame, the file.
+    ///
+    /// # Errors
+    /// Those of `check`, located.
+    pub fn check(
+        &self,
+        spec: &UnitSpec,
+        check: impl Fn(&UnitSpec) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
+        let Err(mut error) = check(spec) else {
+            return Ok(());
+        };
+        let refused = error.place.clone().unwrap_or_default();
+        let passes = |same: &dyn Fn(&str) -> bool| {
+            let unit = self.without(spec, same);
+            unit.is_ok_and(|unit| check(&unit).is_ok())
+        };
+        let alone = self.set.iter().rfind(|(path, _)| passes(&|p| p == path));
+        let culprit = alone.or_else(|| {
+            let whole = |path: &str| passes(&|p| group(p) == group(path));
+            self.set.iter().rfind(|(path, _)| whole(path))
+        });
+        if let Some((path, origin)) = culprit {
+            error.subject = origin.clone();
+            if group(path) != group(&refused) {
+                error.found = format!("{} at {refused}", error.found);
+            }
+            error.place = Some(path.clone());
+        } else if let Some((_, origin)) = self.set.last() {
+            let source = origin.split(", line ").next().unwrap_or(origin);
+            error.subject = format!("the unit of {source}");
+        }
+        Err(error)
+    }
+
+    /// The unit with some paths as they were before.
+    fn without(
+        &self,
+        spec: &UnitSpec,
+        paths: &dyn Fn(&str) -> bool,
+    ) -> Result<UnitSpec, InputError> {
+        let mut out = spec.clone();
+        for knob in self.base.knobs() {
+            if paths(&knob.path) {
+                out.assign(&knob.path, &knob.value)?;
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// The register or table that a path belongs to; another path is its own group.
+fn group(path: &str) -> &str {
+    let parts = if path.starts_with("registers.") {
+        3
+    } else if path.starts_with("tables.") {
+        2
+    } else {
+        return path;
+    };
+    let end = path.match_indices('.').nth(parts - 1);
+    end.map_or(path, |(at, _)| &path[..at])
+}
+
 /// The unit of `--unit` (a file, `-`, or `preset:NAME`) with the `--set` assignments applied.
-pub fn load(unit: Option<&str>, sets: &[String]) -> Result<UnitSpec, InputError> {
+pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), InputError> {
+    let mut origins = Origins::default();
     let mut spec = match unit {
         None => UnitSpec::default(),
         Some(name) => match name.strip_prefix("preset:") {
-            Some(preset) => UnitSpec::preset(preset).ok_or_else(|| {
-                let found = match preset {
-                    "otk" => "`otk`, which this version does not build".into(),
-                    other => format!("`{other}`"),
-                };
-                InputError::new(
-                    "--unit",
-                    format!("a preset ({})", UnitSpec::PRESETS.join(", ")),
-                    found,
-                    "name one of them or a TOML file",
-                )
-            })?,
-            None => from_toml(&self::name(Path::new(name)), &read_text(Path::new(name))?)?,
+            Some(preset) => {
+                origins.base = UnitSpec::preset(preset).ok_or_else(|| {
+                    InputError::new(
+                        "--unit",
+                        format!("a preset ({})", UnitSpec::PRESETS.join(", ")),
+                        format!("`{preset}`"),
+                        "name one of them or a TOML file",
+                    )
+                })?;
+                origins.base.clone()
+            }
+            None => {
+                let subject = self::name(Path::new(name));
+                let text = read_text(Path::new(name))?;
+                let (spec, seen) = read(&subject, &text)?;
+                origins.set = seen
+                    .into_iter()
+                    .map(|(path, offset)| (path, format!("{subject}, {}", place(&text, offset))))
+                    .collect();
+                spec
+            }
         },
     };
     for set in sets {
@@ -48,12 +132,10 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<UnitSpec, InputError>
         };
         spec.assign(path.trim(), &parse_value(value.trim()))
             .map_err(named)?;
+        origins.set.push((path.trim().into(), "--set".into()));
     }
-    spec.check_widths().map_err(|mut e| {
-        e.subject = "--set".into();
-        e
-    })?;
-    Ok(spec)
+    origins.check(&spec, UnitSpec::check_widths)?;
+    Ok((spec, origins))
 }
 
 fn read_text(path: &Path) -> Result<String, InputError> {
@@ -152,6 +234,11 @@ fn convert(value: &DeValue<'_>) -> Option<Value> {
 
 /// Reads a unit file; what it leaves out keeps its default.
 pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
+    read(subject, text).map(|(spec, _)| spec)
+}
+
+/// [`from_toml`], and the paths that were set with their byte offsets, in the order of the file.
+fn read(subject: &str, text: &str) -> Result<(UnitSpec, Vec<(String, usize)>), InputError> {
     let mut spec = UnitSpec::default();
     let mut known: Vec<String> = spec.knobs().into_iter().map(|k| k.path).collect();
     known.push("tables.eigen.entries".into());
@@ -172,18 +259,17 @@ pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
         seen: Vec::new(),
     };
     reader.table("", table.get_ref())?;
-    let seen = reader.seen;
+    let mut seen = reader.seen;
+    seen.sort_by_key(|(_, offset)| *offset);
     spec.check_widths().map_err(|mut e| {
         // The last line that sets a part of the register.
         let register = format!("{}.", e.place.unwrap_or_default());
-        let line = seen.iter().filter(|(p, _)| p.starts_with(&register));
+        let last = seen.iter().rfind(|(p, _)| p.starts_with(&register));
         e.subject = subject.into();
-        e.place = line
-            .max_by_key(|(_, offset)| *offset)
-            .map(|(path, offset)| format!("{}, {path}", place(text, *offset)));
+        e.place = last.map(|(path, offset)| format!("{}, {path}", place(text, *offset)));
         e
     })?;
-    Ok(spec)
+    Ok((spec, seen))
 }
 
 /// What a unit file is read into.
