@@ -74,10 +74,20 @@ fn has_narrow_products(config: &Config) -> bool {
         Reg::JacVdotDn,
         Reg::JacNdotDn,
     ];
+    // Factors that are doubled first.
+    const DOUBLED: [Reg; 3] = [Reg::ReflectV, Reg::ReflectN, Reg::ReflectNdotV];
+    let most = |reg: &Reg| if DOUBLED.contains(reg) { 30 } else { 31 };
     Reg::ALL
         .iter()
-        .filter(|reg| !["address", "filter"].contains(&reg.info().stage) && !SPLIT.contains(reg))
-        .all(|reg| config.format(*reg).magnitude_bits() <= 31)
+        .filter(|reg| {
+            let stage = reg.info().stage;
+            // Of `hit`'s registers only the direction that is looked up goes through lanes.
+            // A step is multiplied by no stage before `address`.
+            let by_lanes = !["hit", "address", "filter"].contains(&stage) || **reg == Reg::HitTo;
+            let factor = **reg != Reg::FootStep;
+            by_lanes && factor && !SPLIT.contains(reg)
+        })
+        .all(|reg| config.format(*reg).magnitude_bits() <= most(reg))
 }
 
 impl Unit {

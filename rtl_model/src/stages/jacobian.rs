@@ -105,7 +105,8 @@ impl Project {
         ]) {
             *out = each(lanes, |i| {
                 let keep = i64::from(face.zero[i]) - 1;
-                ((side[i] << one_bits) - (mul::<T>(at[i], ma[i]) << lift)) & keep
+                // The negative of the most negative code has a bit more.
+                ((side[i] << one_bits) - (mul_wide::<T>(ma[i], at[i]) << lift)) & keep
             });
         }
         out
