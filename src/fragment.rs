@@ -33,3 +33,14 @@ pub struct PixelFragment {
     /// The unit's input.
     pub fragment: Fragment,
 }
+
+/// One ray's input to the HIT operation, in doubles. The map's reference point is the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitFragment {
+    /// Where the ray starts.
+    pub x: [f64; 3],
+    /// Its direction, of any length: the unit normalises it.
+    pub r: [f64; 3],
+    /// The pixel's ray cone at `x`: full angle in radians and full width in world units.
+    pub cone: Option<[f64; 2]>,
+}

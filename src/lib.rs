@@ -7,10 +7,14 @@ pub use rtl_model::policy;
 
 pub mod cli;
 pub mod cube;
+pub mod distance;
 pub mod engine;
 pub mod error;
 pub mod fragment;
 pub mod image;
+pub mod impostor;
+pub mod mesh;
+pub mod optics;
 pub mod picture;
 pub mod reference;
 pub mod report;

@@ -1,7 +1,7 @@
 //! The choices that every engine honours, as the float engines see them.
 
 use crate::policy::{
-    Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
+    Axis, Count, Curvature, Dnmod, HitPolicy, Minor, Placement, RoughnessInterpolation, Weights,
 };
 
 /// The rotation that turns nothing, row by row.
@@ -41,6 +41,8 @@ pub struct Settings {
     pub minor: Minor,
     /// What stands for ∂n_mod.
     pub dnmod: Dnmod,
+    /// The HIT operation's choices.
+    pub hit: HitPolicy,
     /// Rotation of the environment, row by row.
     pub rotation: [[f64; 3]; 3],
     /// The angle table, used where `axis` is `EigenTable` and the reference was asked for the table's
@@ -61,6 +63,7 @@ impl Default for Settings {
             roughness_curvature: Curvature::default(),
             minor: Minor::default(),
             dnmod: Dnmod::default(),
+            hit: HitPolicy::default(),
             rotation: IDENTITY,
             reference_table: None,
         }

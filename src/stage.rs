@@ -15,6 +15,10 @@ pub enum Stage {
     Jacobian,
     /// The roughness ellipse B carried to the face: B'.
     Roughness,
+    /// Angle and width of a ray cone on its way.
+    RayCone,
+    /// A ray's hit with the surface of a distance map.
+    Hit,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -29,13 +33,15 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
         Self::CubeFace,
         Self::Jacobian,
         Self::Roughness,
+        Self::RayCone,
+        Self::Hit,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -53,6 +59,8 @@ impl Stage {
             Self::CubeFace => "cube_face",
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",
+            Self::RayCone => "ray_cone",
+            Self::Hit => "hit",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

@@ -273,7 +273,8 @@ fn face_sizes_are_bounded_and_set_the_level() {
 #[test]
 fn the_wrong_combinations_of_flags_say_what_is_right() {
     trace(LINE, &["--raw", "--engine", "f64"]).refused(&["--raw", "rtl"]);
-    trace(LINE, &["--distance", "box:1,1,1"]).refused(&["--distance", "not built yet"]);
+    trace(LINE, &["--distance", "box:1,1"]).refused(&["--distance", "box:HX,HY,HZ"]);
+    trace(r#"{"op":"hit","x":[0,0,0],"r":[0,0,1]}"#, &[]).refused(&["--distance", "line 1"]);
     tapline(&["trace"]).refused(&["--input"]);
     tapline(&["trace", "sphere"]).refused(&["--pixel"]);
     tapline(&["trace", "--input", "."]).refused(&["folder"]);

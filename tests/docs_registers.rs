@@ -229,7 +229,12 @@ fn regenerated(stage: &str, text: &str, measured: Option<&Value>) -> String {
         rest = behind;
     }
     out.push_str(rest);
-    let wanted = ["errors", "example", "registers"];
+    // `hit` takes rays: neither the fragments of the examples nor a scene of `compare` reach it.
+    let wanted: &[&str] = if stage == Stage::Hit.name() {
+        &["registers"]
+    } else {
+        &["errors", "example", "registers"]
+    };
     assert!(
         wanted.iter().all(|kind| kinds.contains(kind)),
         "{stage} lacks one of the blocks {wanted:?}: {kinds:?}"
@@ -243,7 +248,7 @@ fn every_stage_document_has_the_default_units_registers_and_the_examples_codes()
         .map(|path| -> Value { serde_json::from_str(&house::read(path.as_ref())).unwrap() });
     let bless = std::env::var_os(golden::BLESS).is_some();
     let mut problems = Vec::new();
-    for stage in Stage::ALL {
+    for stage in Stage::ALL.into_iter().filter(|s| has_fixed_registers(*s)) {
         let path = house::root(&format!("docs/stages/{}.md", stage.name()));
         let text = house::read(&path).replace("\r\n", "\n");
         let new = regenerated(stage.name(), &text, measured.as_ref());
@@ -255,11 +260,21 @@ fn every_stage_document_has_the_default_units_registers_and_the_examples_codes()
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
+/// All but `ray_cone`, whose registers are small floats: tests/ray_cone holds them to half an ulp.
+fn has_fixed_registers(stage: Stage) -> bool {
+    let any = registers(stage.name()).next().is_some();
+    assert_eq!(any, stage != Stage::RayCone);
+    any
+}
+
 #[test]
 fn every_measured_error_belongs_to_a_register_of_its_stage() {
-    for stage in Stage::ALL {
+    for stage in Stage::ALL.into_iter().filter(|s| *s != Stage::Hit) {
         let path = house::root(&format!("docs/stages/{}.md", stage.name()));
         let text = house::read(&path);
+        if !has_fixed_registers(stage) {
+            continue;
+        }
         let (_, rest) = text
             .split_once("<!-- errors -->\n")
             .expect("a block of errors");
@@ -294,7 +309,10 @@ fn the_examples_reach_every_stage_and_raise_no_overflow() {
     let (bumpy, bumpy_codes) = run("bumpy");
     assert!(plain.flags.is_empty() && bumpy.flags.is_empty());
     assert!(plain.probes > 1);
-    for stage in Stage::ALL {
+    for stage in Stage::ALL
+        .into_iter()
+        .filter(|s| *s != Stage::Hit && has_fixed_registers(*s))
+    {
         let written = registers(stage.name()).any(|reg| {
             let codes = plain_codes.get(reg).iter().chain(bumpy_codes.get(reg));
             codes.into_iter().any(|code| code.raw != 0)

@@ -3,8 +3,9 @@
 use alloc::string::String;
 
 use crate::fx::Format;
-use crate::policy::{Axis, Count, Dnmod, Minor, Placement, Weights};
+use crate::policy::{Axis, Count, Dnmod, HitPolicy, Minor, Placement, Weights};
 use crate::regs::Reg;
+use crate::stages::ray_cone::ConeConfig;
 use crate::tables::TableSpec;
 
 /// Fraction bits of `Config::roughness_scale`.
@@ -97,10 +98,14 @@ pub struct Config {
     pub lod_bits: u32,
     /// How texels are stored.
     pub texel_format: TexelFormat,
+    /// Policies of the HIT operation.
+    pub hit: HitPolicy,
     /// Integer bits of a decoded texel.
     pub texel_int: u32,
     /// Fraction bits of a decoded texel.
     pub texel_frac: u32,
+    /// Registers and rules of ray cones.
+    pub cone: ConeConfig,
 }
 
 impl Default for Config {
@@ -137,8 +142,10 @@ impl Default for Config {
             weight_bits: 8,
             lod_bits: 8,
             texel_format: TexelFormat::Half,
+            hit: HitPolicy::default(),
             texel_int: 17,
             texel_frac: 24,
+            cone: ConeConfig::default(),
         }
     }
 }

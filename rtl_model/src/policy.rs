@@ -89,3 +89,139 @@ literals! {
         Surface = "surface",
     } default Pyramid
 }
+
+literals! {
+    /// Whose rules of a ray cone hold.
+    ConeRules {
+        /// The formulas of the note.
+        Note = "note",
+        /// OptiX Toolkit's code: no reflection, refraction or scatter from ¼ rad on; a scatter goes away from
+        /// zero and ends diffuse at ±¼ rad; the projection keeps the sign of w.
+        Otk = "otk",
+    } default Note
+}
+
+literals! {
+    /// What a scatter writes that OptiX Toolkit's code calls diffuse (`cone.rules = "otk"`).
+    SetDiffuse {
+        /// Angle ¼, width |w|, as was meant.
+        Angle = "angle",
+        /// Angle |w|, width ¼: the two exchanged, as the code has it.
+        Exchanged = "exchanged",
+    } default Angle
+}
+
+literals! {
+    /// How ddx and ddy follow from dPdx and dPdy on a general surface.
+    ConeGradient {
+        /// The note's quotients of dot products, exact where dPds ⟂ dPdt.
+        Otk = "otk",
+        /// The 2×2 normal equations: exact for any dPds, dPdt.
+        Gram = "gram",
+    } default Gram
+}
+
+literals! {
+    /// Gradients of a bare cone on a cube map.
+    ConeEnv {
+        /// The constant 2α/π per [0, 1] of a face.
+        Otk = "otk",
+        /// The Jacobian of the face coordinates.
+        Exact = "exact",
+    } default Exact
+}
+
+literals! {
+    /// How HIT finds its next ray parameter.
+    Method {
+        /// The paper's: towards the far point (eq. 2) until a step overshoots, then between both ends (eq. 3).
+        FalsePosition = "false-position",
+        /// Before an overshoot the line through the last two results, at most 4·dist(R) long; eq. 3 after it.
+        Secant = "secant",
+        /// False position; on a second result on the same side in a row the other end's residual is halved.
+        Illinois = "illinois",
+    } default FalsePosition
+}
+
+literals! {
+    /// How a distance is read from its cube map.
+    LookUp {
+        /// The texel that the direction meets.
+        Nearest = "nearest",
+        /// Bilinear between four texels of level 0.
+        Bilinear = "bilinear",
+    } default Bilinear
+}
+
+literals! {
+    /// The shape of a ray cone's footprint at the hit.
+    HitFootprint {
+        /// A disc across the ray.
+        Disc = "disc",
+        /// The cone's cut with the wall's plane.
+        Plane = "plane",
+    } default Disc
+}
+
+literals! {
+    /// What HIT does with a ray that starts outside of the reference surface.
+    Outside {
+        /// Stops there with the status `outside`.
+        Stop = "stop",
+        /// Goes on, as the paper's HLSL does.
+        Hlsl = "hlsl",
+    } default Stop
+}
+
+literals! {
+    /// How a ray's search for its hit ended.
+    HitStatus {
+        /// The last ratio lies within 1 ± τ.
+        Converged = "converged",
+        /// The steps ran out.
+        MaxIterations = "max-iterations",
+        /// No step is left: a denominator of 0, a step of 0, or a bracket of one unit.
+        Stalled = "stalled",
+        /// Nothing lies in the ray's direction: the map's distance there is infinite.
+        Escaped = "escaped",
+        /// The ray starts on the reference surface.
+        AtSurface = "at-surface",
+        /// The ray starts outside of the reference surface.
+        Outside = "outside",
+    } default MaxIterations
+}
+
+/// Most look-ups of a HIT loop.
+pub const MAX_ITERATIONS: u32 = 64;
+/// Most bits of HIT's tolerance τ = 2^−bits.
+pub const MAX_TOLERANCE_BITS: u32 = 24;
+
+/// Policies of the HIT operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HitPolicy {
+    /// Most look-ups in the loop (0…[`MAX_ITERATIONS`]).
+    pub iterations: u32,
+    /// How the next ray parameter is found.
+    pub method: Method,
+    /// τ = 2^−bits (1…[`MAX_TOLERANCE_BITS`]); `None` is τ = 0.
+    pub tolerance_bits: Option<u32>,
+    /// How a distance is read.
+    pub look_up: LookUp,
+    /// The footprint's shape at the hit.
+    pub footprint: HitFootprint,
+    /// What becomes of a ray that starts outside.
+    pub outside: Outside,
+}
+
+impl Default for HitPolicy {
+    fn default() -> Self {
+        Self {
+            iterations: 4,
+            method: Method::default(),
+            tolerance_bits: Some(10),
+            look_up: LookUp::default(),
+            footprint: HitFootprint::default(),
+            outside: Outside::default(),
+        }
+    }
+}

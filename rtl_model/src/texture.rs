@@ -167,7 +167,7 @@ fn place(x: i64) -> usize {
 }
 
 /// The three texels that meet at a corner: the face's own and its two neighbours'.
-fn corner_texels(
+pub(crate) fn corner_texels(
     size: usize,
     face: usize,
     x: i64,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::distance::Distance;
 use crate::error::InputError;
 use crate::settings::Settings;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
@@ -67,28 +68,43 @@ pub(super) struct SceneArgs {
         allow_negative_numbers = true
     )]
     pub(super) max_image_mb: u64,
-    /// Of a later version.
-    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
-    mesh: Option<Option<String>>,
-    /// Of a later version.
-    #[arg(long, hide = true, num_args = 0..=1, allow_hyphen_values = true)]
+    /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
+    #[arg(long, value_name = "FILE")]
+    pub(super) mesh: Option<PathBuf>,
+    /// Distances from the reference point for `hit` lines: box:HX,HY,HZ or sphere:R.
+    #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
     distance: Option<Option<String>>,
 }
 
 impl SceneArgs {
-    /// Refuses, in plain words, the flags of operations that are not built yet.
-    pub(super) fn refuse_later(&self) -> Result<(), InputError> {
-        for (flag, given) in [("--mesh", &self.mesh), ("--distance", &self.distance)] {
-            if given.is_some() {
-                return Err(InputError::new(
-                    flag,
-                    "a flag of this version",
-                    "one that is not built yet",
-                    "leave it out",
-                ));
-            }
+    /// Refuses `--distance` where nothing would read it.
+    pub(super) fn refuse_distance(&self) -> Result<(), InputError> {
+        if self.distance.is_none() {
+            return Ok(());
         }
-        Ok(())
+        Err(InputError::new(
+            "--distance",
+            "`trace` with `hit` lines beside it",
+            "a command whose scenes have no distances",
+            "leave it out",
+        ))
+    }
+
+    /// The distance map that was named.
+    pub(super) fn distance(&self) -> Result<Option<Distance>, InputError> {
+        let Some(text) = &self.distance else {
+            return Ok(None);
+        };
+        let text = text.as_deref().unwrap_or("");
+        match Distance::analytic(text) {
+            Some(distance) => distance.map(Some),
+            None => Err(InputError::new(
+                "--distance",
+                "box:HX,HY,HZ or sphere:R",
+                format!("`{text}`"),
+                "files of distances are not read yet",
+            )),
+        }
     }
 }
 
@@ -155,7 +171,7 @@ impl RunArgs {
     }
 }
 
-fn size(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn size(text: &str) -> Result<(usize, usize), String> {
     let parse = |t: &str| t.parse::<usize>().ok().filter(|n| *n > 0);
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))

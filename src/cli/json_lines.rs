@@ -5,7 +5,7 @@ use serde_json::error::Category;
 use serde_json::value::RawValue;
 
 use crate::error::InputError;
-use crate::fragment::Fragment;
+use crate::fragment::{Fragment, HitFragment};
 
 /// A line as it came: keys in order, values letter by letter.
 #[derive(Debug)]
@@ -15,6 +15,32 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// The value of a key.
+    pub(super) fn find(&self, key: &str) -> Option<&RawValue> {
+        let entry = self.entries.iter().find(|(k, _)| k == key);
+        entry.map(|(_, value)| &**value)
+    }
+
+    /// Refuses keys other than these and `id`.
+    pub(super) fn only(
+        &self,
+        subject: &str,
+        number: usize,
+        keys: &[&str],
+    ) -> Result<(), InputError> {
+        let strange = |k: &str| k != "id" && !keys.contains(&k);
+        match self.entries.iter().find(|(k, _)| strange(k)) {
+            None => Ok(()),
+            Some((key, _)) => Err(error(
+                subject,
+                number,
+                &short(key),
+                &format!("the keys {}, id", keys.join(", ")),
+                "an unknown key".into(),
+            )),
+        }
+    }
+
     /// The line with `out` as its last key.
     pub(super) fn with_out(&self, out: &serde_json::Map<String, serde_json::Value>) -> String {
         let mut text = String::from("{");
@@ -59,13 +85,25 @@ impl<'de> serde::Deserialize<'de> for Entries {
     }
 }
 
+/// What a line asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Op {
+    /// Filter the environment for a fragment.
+    Env(Fragment),
+    /// Find where a ray meets a distance map.
+    Hit(HitFragment),
+}
+
+/// Keys of a `hit` line beside `id` and `out`.
+const HIT_KEYS: [&str; 4] = ["op", "x", "r", "cone"];
+
 /// Keys of an `env` line beside `id` and `out`.
 const KEYS: [&str; 10] = [
     "op", "v", "n", "dv_dx", "dv_dy", "dn_dx", "dn_dy", "h", "bump", "rough",
 ];
 
 /// Shortens what a user wrote so that it fits into a message.
-fn short(text: &str) -> String {
+pub(super) fn short(text: &str) -> String {
     let mut out: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
     if text.chars().count() > 40 {
         out.push('…');
@@ -73,12 +111,37 @@ fn short(text: &str) -> String {
     out
 }
 
-/// Reads one line; `number` counts from 1.
-pub(super) fn parse(
+const REMEDY: &str = "docs/trace-lines.md shows the format";
+
+/// An error at a key of a line.
+pub(super) fn error(
     subject: &str,
     number: usize,
-    text: &str,
-) -> Result<(Line, Fragment), InputError> {
+    key: &str,
+    expected: &str,
+    found: String,
+) -> InputError {
+    InputError::new(subject, expected, found, REMEDY).at(format!("line {number}, `{key}`"))
+}
+
+/// Keys and values of an object, each key once.
+pub(super) fn entries(text: &str) -> Result<Vec<(String, Box<RawValue>)>, serde_json::Error> {
+    serde_json::from_str(text).map(|Entries(entries)| entries)
+}
+
+/// The line if it is an object with that `op`; what is wrong with others, [`parse`] says.
+pub(super) fn with_op(text: &str, op: &str) -> Option<Line> {
+    let mut entries = entries(text).ok()?;
+    entries.retain(|(key, _)| key != "out");
+    let line = Line { entries };
+    let found = line
+        .find("op")
+        .and_then(|v| serde_json::from_str::<String>(v.get()).ok());
+    (found.as_deref() == Some(op)).then_some(line)
+}
+
+/// Reads one line; `number` counts from 1.
+pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, Op), InputError> {
     let here = |column: Option<usize>| match column {
         Some(column) => format!("line {number}, column {column}"),
         None => format!("line {number}"),
@@ -117,30 +180,41 @@ pub(super) fn parse(
     let wrong = |key: &str, expected: &str, found: String| Err(error(key, expected, found));
     let op = find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
     match op.as_deref() {
-        Some("env") => {}
-        Some(op @ ("hit" | "cone" | "tex")) => {
+        Some("env" | "hit") => {}
+        Some(op @ "tex") => {
             return wrong(
                 "op",
-                "\"env\"",
+                "\"env\", \"hit\" or \"cone\"",
                 format!("\"{op}\", which this version does not build"),
             );
         }
-        Some(op) => return wrong("op", "\"env\"", format!("\"{}\"", short(op))),
+        Some(op) => {
+            return wrong(
+                "op",
+                "\"env\", \"hit\" or \"cone\"",
+                format!("\"{}\"", short(op)),
+            );
+        }
         None => {
             return wrong(
                 "op",
-                "\"env\"",
+                "\"env\", \"hit\" or \"cone\"",
                 find("op").map_or("nothing".into(), |v| short(v.get())),
             );
         }
     }
+    let keys: &[&str] = if op.as_deref() == Some("hit") {
+        &HIT_KEYS
+    } else {
+        &KEYS
+    };
     if let Some((key, _)) = entries
         .iter()
-        .find(|(k, _)| k != "id" && !KEYS.contains(&k.as_str()))
+        .find(|(k, _)| k != "id" && !keys.contains(&k.as_str()))
     {
         return wrong(
             &short(key),
-            &format!("the keys {}, id", KEYS.join(", ")),
+            &format!("the keys {}, id", keys.join(", ")),
             "an unknown key".into(),
         );
     }
@@ -152,6 +226,16 @@ pub(super) fn parse(
             None => Err(error(key, "an array of 3 numbers", "nothing".into())),
         }
     };
+    if op.as_deref() == Some("hit") {
+        let ray = HitFragment {
+            x: vector("x")?,
+            r: vector("r")?,
+            cone: find("cone")
+                .map(|v| numbers(v).map_err(|found| error("cone", "an array of 2 numbers", found)))
+                .transpose()?,
+        };
+        return Ok((Line { entries }, Op::Hit(ray)));
+    }
     let fragment = Fragment {
         v: vector("v")?,
         n: vector("n")?,
@@ -173,11 +257,11 @@ pub(super) fn parse(
             return wrong(key, "the main direction `h` beside it", "no `h`".into());
         }
     }
-    Ok((Line { entries }, fragment))
+    Ok((Line { entries }, Op::Env(fragment)))
 }
 
 /// An array of `N` numbers; "inf", "-inf" and "nan" are numbers too.
-fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
+pub(super) fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
     let items: Vec<&RawValue> =
         serde_json::from_str(value.get()).map_err(|_| short(value.get()))?;
     let items: &[&RawValue; N] = items
@@ -186,20 +270,24 @@ fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
         .map_err(|_| format!("an array of {}", items.len()))?;
     let mut out = [0.0; N];
     for (o, item) in out.iter_mut().zip(items) {
-        let text = item.get();
-        *o = if let Ok(word) = serde_json::from_str::<String>(text) {
-            match word.as_str() {
-                "inf" => f64::INFINITY,
-                "-inf" => f64::NEG_INFINITY,
-                "nan" => f64::NAN,
-                _ => return Err(short(text)),
-            }
-        } else if text.starts_with(|c: char| c == '-' || c.is_ascii_digit()) {
-            // A JSON number is one of Rust's; beyond a double's range it becomes infinite or zero.
-            text.parse().map_err(|_| short(text))?
-        } else {
-            return Err(short(text));
-        };
+        *o = number(item.get())?;
     }
     Ok(out)
+}
+
+/// A number, or one of the strings "inf", "-inf" and "nan".
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    if let Ok(word) = serde_json::from_str::<String>(text) {
+        return match word.as_str() {
+            "inf" => Ok(f64::INFINITY),
+            "-inf" => Ok(f64::NEG_INFINITY),
+            "nan" => Ok(f64::NAN),
+            _ => Err(short(text)),
+        };
+    }
+    if text.starts_with(|c: char| c == '-' || c.is_ascii_digit()) {
+        // A JSON number is one of Rust's; beyond a double's range it becomes infinite or zero.
+        return text.parse().map_err(|_| short(text));
+    }
+    Err(short(text))
 }

@@ -29,7 +29,6 @@ pub(super) fn load(
     args: &SceneArgs,
     settings: &Settings,
 ) -> Result<Subject, InputError> {
-    args.refuse_later()?;
     check_exposure(args.exposure)?;
     let bump = match &args.bump {
         None => None,
@@ -40,9 +39,13 @@ pub(super) fn load(
         height: args.size.1,
         face_size: args.face_size,
         bump,
+        mesh: args.mesh.clone(),
     };
     // A wrong name or size fails before a large map is read.
     let scene = scene::build(name, &options, settings)?;
+    for note in &scene.notes {
+        super::note(note);
+    }
     let map = match &args.env {
         None => build_mips(scene.environment()),
         Some(path) => {

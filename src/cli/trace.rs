@@ -10,14 +10,17 @@ use rtl_model::{Texture, Unit};
 use serde_json::{Map, Number, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::{Failure, json_lines, subject, trace_pixel};
+use super::json_lines::Op;
+use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel};
 use crate::cube::{CubeMap, FACE_NAMES};
+use crate::distance::Distance;
 use crate::engine::encode;
 use crate::engine::probe::{Code, RtlProbe, rtl};
 use crate::error::InputError;
 use crate::fragment::Fragment;
 use crate::image::load::{LoadOptions, load_environment};
-use crate::reference::{self, NoTap, Prepared};
+use crate::reference::{self, Env, NoTap, Prepared};
+use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
 
 #[derive(Debug, clap::Args)]
@@ -69,15 +72,18 @@ const MAX_LINE: u64 = 1 << 20;
 
 /// Everything that turns a fragment into an `out` object.
 pub(super) struct Tracer {
-    spec: UnitSpec,
-    engine: TraceEngine,
+    pub(super) spec: UnitSpec,
+    pub(super) engine: TraceEngine,
     raw: bool,
+    pub(super) settings: Settings,
+    pub(super) distance: Option<Distance>,
+    pub(super) hit: Option<trace_hit::Rtl>,
     prepared: Prepared,
-    face_size: usize,
+    pub(super) face_size: usize,
     texture: Option<Texture>,
-    map: Option<CubeMap>,
+    pub(super) map: Option<CubeMap>,
     units: HashMap<Needs, Unit>,
-    probe: RtlProbe,
+    pub(super) probe: RtlProbe,
 }
 
 impl Tracer {
@@ -94,6 +100,9 @@ impl Tracer {
         };
         Ok(Self {
             prepared: Prepared::new(&settings),
+            settings,
+            distance: None,
+            hit: None,
             engine: args.engine,
             raw: args.raw,
             face_size: map.as_ref().map_or(face_size, CubeMap::size),
@@ -105,7 +114,14 @@ impl Tracer {
         })
     }
 
-    fn code(&self, code: Code) -> Value {
+    fn cone_output(&self) -> trace_cone::Output {
+        trace_cone::Output {
+            engine: self.engine,
+            raw: self.raw,
+        }
+    }
+
+    pub(super) fn code(&self, code: Code) -> Value {
         if self.raw {
             return json!({"raw": code.raw, "frac": code.frac});
         }
@@ -143,9 +159,23 @@ impl Tracer {
             self.texture.as_ref(),
             &mut self.probe,
         );
-        let first = |values: Vec<Value>| values.into_iter().next().unwrap_or(Value::Null);
         let mut out = Map::new();
-        out.insert("face".into(), json!(FACE_NAMES[result.face]));
+        let textured = self.texture.is_some();
+        self.env_codes(&mut out, FACE_NAMES[result.face], result.probes, textured);
+        out.insert("flags".into(), json!(result.flags));
+        Ok(out)
+    }
+
+    /// The fields of ENV from the registers of the last run.
+    pub(super) fn env_codes(
+        &self,
+        out: &mut Map<String, Value>,
+        face: &str,
+        probes: i64,
+        textured: bool,
+    ) {
+        let first = |values: Vec<Value>| values.into_iter().next().unwrap_or(Value::Null);
+        out.insert("face".into(), json!(face));
         out.insert("u".into(), first(self.codes(Reg::FaceU)));
         out.insert("v".into(), first(self.codes(Reg::FaceV)));
         let d = self.codes(Reg::JacD);
@@ -154,13 +184,11 @@ impl Tracer {
         out.insert("K".into(), Value::Array(self.codes(Reg::CovK)));
         out.insert("lambda".into(), Value::Array(self.codes(Reg::EigenLambda)));
         out.insert("axis".into(), Value::Array(self.codes(Reg::EigenAxis)));
-        out.insert("probes".into(), json!(result.probes));
+        out.insert("probes".into(), json!(probes));
         out.insert("lod".into(), first(self.codes(Reg::FootLod)));
-        if self.texture.is_some() {
+        if textured {
             out.insert("color".into(), Value::Array(self.codes(Reg::FilterColor)));
         }
-        out.insert("flags".into(), json!(result.flags));
-        Ok(out)
     }
 
     fn out_f64(&self, fragment: &Fragment) -> Map<String, Value> {
@@ -173,6 +201,14 @@ impl Tracer {
             &mut NoTap,
         );
         let mut out = Map::new();
+        Self::env_values(&mut out, &env, texture.is_some());
+        let flags: Vec<&str> = env.flags.names().collect();
+        out.insert("flags".into(), json!(flags));
+        out
+    }
+
+    /// The fields of ENV as the float reference has them.
+    pub(super) fn env_values(out: &mut Map<String, Value>, env: &Env, textured: bool) {
         out.insert("face".into(), json!(FACE_NAMES[env.face]));
         out.insert("u".into(), json!(env.u));
         out.insert("v".into(), json!(env.v));
@@ -182,17 +218,13 @@ impl Tracer {
         out.insert("axis".into(), json!(env.axis));
         out.insert("probes".into(), json!(env.probes));
         out.insert("lod".into(), json!(env.lod));
-        if texture.is_some() {
+        if textured {
             out.insert("color".into(), json!(env.color));
         }
-        let flags: Vec<&str> = env.flags.names().collect();
-        out.insert("flags".into(), json!(flags));
-        out
     }
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_later()?;
     args.run.prepare()?;
     if args.raw && args.engine == TraceEngine::F64 {
         return Err(InputError::new(
@@ -279,6 +311,7 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         spec.hash()
     ));
     let mut tracer = Tracer::new(args, spec, map, face_size)?;
+    tracer.distance = args.scene_args.distance()?;
     let mut reader = BufReader::new(reader);
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut bytes = Vec::new();
@@ -362,7 +395,15 @@ fn one(
     if text.trim().is_empty() {
         return Ok(None);
     }
-    let (line, fragment) = json_lines::parse(subject, number, text)?;
-    let out = tracer.out(&fragment)?;
+    if let Some(answer) =
+        trace_cone::answer(&tracer.spec, tracer.cone_output(), subject, number, text)?
+    {
+        return Ok(Some(answer));
+    }
+    let (line, op) = json_lines::parse(subject, number, text)?;
+    let out = match op {
+        Op::Env(fragment) => tracer.out(&fragment)?,
+        Op::Hit(ray) => trace_hit::out(tracer, &ray).map_err(|e| e.at(format!("line {number}")))?,
+    };
     Ok(Some(line.with_out(&out)))
 }

@@ -4,6 +4,7 @@
 pub mod dispatch;
 pub mod encode;
 pub mod float;
+pub mod hit;
 pub mod probe;
 pub mod registers;
 pub mod rtl;

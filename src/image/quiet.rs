@@ -27,7 +27,7 @@ pub fn install_quiet_panic_hook() {
 /// Runs a decoder and returns what it panicked with as text instead of unwinding further.
 ///
 /// The closure's captured state must not be used after an error; the callers drop it.
-pub(super) fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T, String> {
+pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T, String> {
     QUIET.set(QUIET.get() + 1);
     let result = catch_unwind(AssertUnwindSafe(decode));
     QUIET.set(QUIET.get() - 1);

@@ -49,14 +49,14 @@ pub struct Env {
 }
 
 /// The front end's results before the footprint, as doubles, and whether they can be trusted.
-struct Front {
-    centre: Address,
-    d: [[f64; 2]; 2],
-    k: [f64; 3],
-    lambda: [f64; 2],
-    axis: [f64; 2],
-    flags: Flags,
-    exact: bool,
+pub(super) struct Front {
+    pub(super) centre: Address,
+    pub(super) d: [[f64; 2]; 2],
+    pub(super) k: [f64; 3],
+    pub(super) lambda: [f64; 2],
+    pub(super) axis: [f64; 2],
+    pub(super) flags: Flags,
+    pub(super) exact: bool,
 }
 
 /// The ENV operation on one fragment, in float64.
@@ -98,7 +98,7 @@ pub fn env<T: Tap>(
 }
 
 /// Footprint, addresses and filter. A trace sees the addresses with or without a texture.
-fn back_end<T: Tap>(
+pub(super) fn back_end<T: Tap>(
     prepared: &Prepared,
     front: Front,
     face_size: usize,
@@ -176,7 +176,7 @@ fn cleaned(fragment: &Fragment, flags: &mut Flags) -> Fragment {
 
 /// The values as finite numbers.
 #[inline]
-fn clean<const N: usize>(mut values: [f64; N], changed: &mut bool) -> [f64; N] {
+pub(super) fn clean<const N: usize>(mut values: [f64; N], changed: &mut bool) -> [f64; N] {
     for value in &mut values {
         if value.is_finite() {
             *value += 0.0;
@@ -315,7 +315,13 @@ fn run_front<R: Real, T: Tap>(
 /// A sum's error is below about 64·2⁻⁵³ of its terms. Where a + c is at least 2⁻²⁴ of their square, K
 /// is off by at most 2·64·2⁻⁵³·2¹² = 2⁻³⁴ of a + c, below 1e-9. `det` also needs det K not to cancel.
 /// Outside 2⁻⁴⁰⁰ … 2⁴⁰⁰ the squares in `eigen` would leave the doubles.
-fn trusted<R: Real>(k: [R; 3], terms: R, rough_terms: R, lambda: [R; 2], minor: Minor) -> bool {
+pub(super) fn trusted<R: Real>(
+    k: [R; 3],
+    terms: R,
+    rough_terms: R,
+    lambda: [R; 2],
+    minor: Minor,
+) -> bool {
     let trace = (k[0] + k[2]).to_f64();
     let terms = terms.to_f64();
     let rough_terms = rough_terms.to_f64();

@@ -24,11 +24,21 @@ pub enum Flag {
     LambdaSaturated,
     /// The length in texels is beyond the largest double.
     LengthSaturated,
+    /// A number of a ray was NaN (taken as 0) or infinite (taken as ±`f64::MAX`).
+    HitNotFinite,
+    /// R = 0: (0, 0, 1) was taken.
+    HitNoDirection,
+    /// The wall has no plane at the hit: the footprint is the disc's.
+    HitNoPlane,
+    /// A step went beyond the reference surface.
+    HitOvershoot,
+    /// The ray parameter, or a component of the hit, is beyond the largest double.
+    HitSaturated,
 }
 
 impl Flag {
     /// Every flag, in pipeline order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 12] = [
         Self::NonFinite,
         Self::Parallel,
         Self::Zero,
@@ -36,6 +46,11 @@ impl Flag {
         Self::CovarianceSaturated,
         Self::LambdaSaturated,
         Self::LengthSaturated,
+        Self::HitNotFinite,
+        Self::HitNoDirection,
+        Self::HitNoPlane,
+        Self::HitOvershoot,
+        Self::HitSaturated,
     ];
 
     /// The name that trace lines print.
@@ -49,6 +64,11 @@ impl Flag {
             Self::CovarianceSaturated => "covariance.k.saturated",
             Self::LambdaSaturated => "eigen.lambda.saturated",
             Self::LengthSaturated => "footprint.length.saturated",
+            Self::HitNotFinite => "hit.non_finite",
+            Self::HitNoDirection => "hit.no_direction",
+            Self::HitNoPlane => "hit.no_plane",
+            Self::HitOvershoot => "hit.overshoot",
+            Self::HitSaturated => "hit.l.saturated",
         }
     }
 }

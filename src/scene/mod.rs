@@ -4,11 +4,14 @@ pub mod bump;
 pub mod bump_maps;
 pub mod dual;
 pub mod environment;
+pub mod hit;
 pub mod moments;
 pub mod pyramid;
 pub mod surface;
 mod views;
+pub mod world;
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -16,6 +19,7 @@ use rayon::prelude::*;
 use crate::cube::CubeLevel;
 use crate::error::InputError;
 use crate::fragment::{Fragment, PixelFragment};
+use crate::mesh::Mesh;
 use crate::settings::Settings;
 use crate::stage::Stage;
 use bump::{BumpMap, BumpSource};
@@ -61,6 +65,21 @@ const SMOOTH: &[Stage] = &[
     Stage::Filter,
 ];
 
+/// The stages of a scene with a bump map and roughness.
+const BUMPY: &[Stage] = &[
+    Stage::LocalFrame,
+    Stage::Bump,
+    Stage::Reflect,
+    Stage::CubeFace,
+    Stage::Jacobian,
+    Stage::Roughness,
+    Stage::Covariance,
+    Stage::Eigen,
+    Stage::Footprint,
+    Stage::Address,
+    Stage::Filter,
+];
+
 /// Every built-in scene.
 pub const SCENES: &[SceneInfo] = &[
     SceneInfo {
@@ -85,13 +104,13 @@ pub const SCENES: &[SceneInfo] = &[
         name: "scratches",
         description: "a curved steel plate with scratches and brushed areas: steep bump map, roughness",
         operations: &["env"],
-        stages: &Stage::ALL,
+        stages: BUMPY,
     },
     SceneInfo {
         name: "waves",
         description: "water up to the horizon: a bump map under every minification, roughness",
         operations: &["env"],
-        stages: &Stage::ALL,
+        stages: BUMPY,
     },
 ];
 
@@ -106,6 +125,8 @@ pub struct SceneOptions {
     pub face_size: Option<usize>,
     /// A bump map instead of the scene's own, or for a scene that has none.
     pub bump: Option<BumpSource>,
+    /// A mesh file instead of the scene's ball.
+    pub mesh: Option<PathBuf>,
 }
 
 impl Default for SceneOptions {
@@ -115,6 +136,7 @@ impl Default for SceneOptions {
             height: DEFAULT_SIZE,
             face_size: None,
             bump: None,
+            mesh: None,
         }
     }
 }
@@ -134,14 +156,16 @@ pub struct Scene {
     pub fragments: Vec<PixelFragment>,
     /// The surface as rays see it.
     pub surface: Surface,
+    /// What had to be said about the mesh file, if there is one.
+    pub notes: Vec<String>,
 }
 
 impl Scene {
-    /// The stages that this scene needs: with a bump map all of them.
+    /// The stages that this scene needs: with a bump map those of roughness, too.
     #[must_use]
     pub fn stages(&self) -> &'static [Stage] {
         if self.surface.pyramid.is_some() {
-            &Stage::ALL
+            BUMPY
         } else {
             SMOOTH
         }
@@ -188,7 +212,8 @@ impl Surface {
             None => hit.n,
             Some(pyramid) => {
                 let [b1, b2] = pyramid.map().bilinear(hit.st[0], hit.st[1]);
-                let (e1, e2) = local_frame(hit.n, self.shape.main_direction());
+                let (e1, e2) = local_frame(hit.n, hit.h);
+                let b2 = if hit.mirrored { -b2 } else { b2 };
                 [0, 1, 2].map(|i| hit.n[i] + b1 * e1[i] + b2 * e2[i])
             }
         };
@@ -226,10 +251,13 @@ impl Surface {
             rough: None,
         };
         if let Some(pyramid) = &self.pyramid {
-            let h = self.shape.main_direction();
+            let h = hit.h;
             let [s, t] = hit.st;
             let lod = pyramid.lod([s.dx, t.dx], [s.dy, t.dy]);
-            let filtered = pyramid.look_up(s.value, t.value, lod);
+            let mut filtered = pyramid.look_up(s.value, t.value, lod);
+            if hit.mirrored {
+                filtered.turn_b2();
+            }
             let (e1, e2) = local_frame(n, h);
             let [by_s, by_t] = filtered.slope;
             let bend = |ds: f64, dt: f64| {
@@ -278,6 +306,14 @@ pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
 pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<Scene, InputError> {
     let Some(info) = SCENES.iter().find(|info| info.name == name) else {
         let names: Vec<_> = SCENES.iter().map(|info| info.name).collect();
+        if hit::is_hit_scene(name) {
+            return Err(InputError::new(
+                "scene",
+                format!("one of the ENV operation: {}", names.join(", ")),
+                format!("`{name}`, which needs the HIT operation"),
+                format!("`tapline impostor study {name}` measures it"),
+            ));
+        }
         return Err(InputError::new(
             "scene",
             format!("one of {}", names.join(", ")),
@@ -286,24 +322,8 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         ));
     };
     let SceneOptions { width, height, .. } = *options;
-    let side = 1..=MAX_SIDE;
-    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
-        return Err(InputError::new(
-            "picture size",
-            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
-            format!("{width}x{height}"),
-            "choose another --size",
-        ));
-    }
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
-    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
-        return Err(InputError::new(
-            "face size",
-            format!("1 to {MAX_FACE_SIZE} texels"),
-            face_size.to_string(),
-            "choose another --face-size",
-        ));
-    }
+    check_size(width, height, face_size)?;
     let map = match &options.bump {
         Some(source) => Some(BumpMap::new(source)?),
         None => match info.name {
@@ -319,7 +339,13 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
             settings.roughness_interpolation,
         ))
     });
-    let (camera, shape) = views::view(info.name, width, height);
+    let (camera, mut shape) = views::view(info.name, width, height);
+    let mut notes = Vec::new();
+    if let Some(path) = &options.mesh {
+        let (mesh, note) = mesh_for(path, info, &shape, pyramid.is_some())?;
+        notes.extend(note);
+        shape = Shape::Mesh(Arc::new(mesh));
+    }
     let surface = Surface {
         camera,
         shape,
@@ -333,7 +359,62 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         face_size,
         fragments,
         surface,
+        notes,
     })
+}
+
+/// The mesh that takes the place of a scene's ball, and what is to be said about it.
+fn mesh_for(
+    path: &Path,
+    info: &SceneInfo,
+    shape: &Shape,
+    textured: bool,
+) -> Result<(Mesh, Option<String>), InputError> {
+    let Shape::Sphere { centre, radius, .. } = *shape else {
+        return Err(InputError::new(
+            "--mesh",
+            "a scene whose reflector is a ball, such as sphere",
+            format!("scene `{}`", info.name),
+            "leave it out or choose another scene",
+        ));
+    };
+    let subject = path.display().to_string();
+    let (mesh, repairs) = Mesh::load(path, centre, radius)?;
+    if textured && mesh.untextured() > 0 {
+        return Err(InputError::new(
+            subject,
+            "texture coordinates at every corner, for --bump",
+            format!(
+                "{} of {} triangles without",
+                mesh.untextured(),
+                mesh.triangles().len()
+            ),
+            "leave --bump out or export the mesh with texture coordinates",
+        ));
+    }
+    Ok((mesh, repairs.note(&subject)))
+}
+
+/// Refuses pictures and procedural environments without texels or too large for memory.
+fn check_size(width: usize, height: usize, face_size: usize) -> Result<(), InputError> {
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
+        return Err(InputError::new(
+            "picture size",
+            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
+            format!("{width}x{height}"),
+            "choose another --size",
+        ));
+    }
+    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
+        return Err(InputError::new(
+            "face size",
+            format!("1 to {MAX_FACE_SIZE} texels"),
+            face_size.to_string(),
+            "choose another --face-size",
+        ));
+    }
+    Ok(())
 }
 
 /// The fragments of every pixel whose centre meets the surface, row by row.

@@ -29,6 +29,16 @@ pub struct Filtered {
     pub slope: [[f64; 2]; 2],
 }
 
+impl Filtered {
+    /// The look-up for a map that is seen from its back: b2 and all that goes with it change sign.
+    pub(super) fn turn_b2(&mut self) {
+        self.bump[1] = -self.bump[1];
+        self.rough[1] = -self.rough[1];
+        self.slope[0][1] = -self.slope[0][1];
+        self.slope[1][1] = -self.slope[1][1];
+    }
+}
+
 impl Pyramid {
     /// Builds every level down to 1 × 1.
     #[must_use]

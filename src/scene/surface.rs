@@ -8,7 +8,10 @@
 //! Texture coordinates (s, t) address a bump map as a picture seen from outside the surface: s grows
 //! along e1, t grows along −e2 (rows go down), one unit is one repetition of the map.
 
-use super::dual::{Scalar, constants, difference, dot, scaled, sum};
+use std::sync::Arc;
+
+use super::dual::{Scalar, constants, cross, difference, dot, scaled, sum};
+use crate::mesh::{self, Mesh};
 
 /// A pinhole camera at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,10 +66,14 @@ pub struct Hit<S> {
     pub n: [S; 3],
     /// Texture coordinates of a bump map; zero where the caller asked for none.
     pub st: [S; 2],
+    /// The main direction h of the local frame, which makes e1 point along s.
+    pub h: [f64; 3],
+    /// Whether t grows along +e2, not along −e2: the map is seen from its back.
+    pub mirrored: bool,
 }
 
 /// A surface in front of the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Shape {
     /// A ball; texture by longitude and colatitude, pole axis +y.
     Sphere {
@@ -127,6 +134,8 @@ pub enum Shape {
         /// Width of one repetition of the map.
         tile: f64,
     },
+    /// Triangles with interpolated normals; texture by their own coordinates.
+    Mesh(Arc<Mesh>),
 }
 
 impl Shape {
@@ -138,6 +147,8 @@ impl Shape {
             Self::Cylinder { axis, .. } => *axis,
             Self::Parabola { across, .. } | Self::Plate { across, .. } => across[1],
             Self::Water { .. } => [0.0, 0.0, -1.0],
+            // Each triangle has its own: see `Hit`.
+            Self::Mesh(_) => [0.0; 3],
         }
     }
 
@@ -145,7 +156,15 @@ impl Shape {
     /// worked out only where `textured`.
     pub fn hit<S: Scalar>(&self, ray: [S; 3], textured: bool) -> Option<Hit<S>> {
         let zero = [S::constant(0.0); 2];
+        let h = self.main_direction();
+        let hit = |n: [S; 3], st: [S; 2]| Hit {
+            n,
+            st,
+            h,
+            mirrored: false,
+        };
         match *self {
+            Self::Mesh(ref mesh) => on_mesh(mesh, ray, textured),
             Self::Sphere {
                 centre,
                 radius,
@@ -161,7 +180,7 @@ impl Shape {
                 } else {
                     zero
                 };
-                Some(Hit { n, st })
+                Some(hit(n, st))
             }
             Self::Cylinder {
                 centre,
@@ -187,7 +206,7 @@ impl Shape {
                 } else {
                     zero
                 };
-                Some(Hit { n, st })
+                Some(hit(n, st))
             }
             Self::Parabola {
                 axis,
@@ -204,7 +223,7 @@ impl Shape {
                 let st = outline(point, aim, across, aperture, tile)?;
                 // The bisector of v = −ray and the axis, both of length |v|.
                 let n = difference(scaled(a, norm), ray);
-                Some(Hit { n, st })
+                Some(hit(n, st))
             }
             Self::Plate {
                 middle,
@@ -221,7 +240,7 @@ impl Shape {
                 let point = scaled(ray, ball(ray, c, radius)?);
                 let st = outline(point, middle, across, aperture, tile)?;
                 let n = scaled(difference(point, c), S::constant(1.0 / radius));
-                Some(Hit { n, st })
+                Some(hit(n, st))
             }
             Self::Water { depth, tile } => {
                 if ray[1].value() >= 0.0 {
@@ -233,13 +252,43 @@ impl Shape {
                 } else {
                     zero
                 };
-                Some(Hit {
-                    n: constants([0.0, 1.0, 0.0]),
-                    st,
-                })
+                Some(hit(constants([0.0, 1.0, 0.0]), st))
             }
         }
     }
+}
+
+/// Meets a mesh from the origin: the nearest triangle, then its corners' normals and texture coordinates by
+/// weights that carry the screen derivatives.
+fn on_mesh<S: Scalar>(mesh: &Mesh, ray: [S; 3], textured: bool) -> Option<Hit<S>> {
+    let triangle = &mesh.triangles()[mesh.nearest([0.0; 3], ray.map(S::value), 0.0)?];
+    let [a, b, c] = mesh::meet(triangle, constants([0.0; 3]), ray)?.weights;
+    let [na, nb, nc] = triangle.normals.map(constants::<S>);
+    let n = sum(sum(scaled(na, a), scaled(nb, b)), scaled(nc, c));
+    // The side that the eye sees.
+    let side = triangle.plane_normal();
+    let n = if dot(side, ray.map(S::value)) > 0.0 {
+        n.map(|c| -c)
+    } else {
+        n
+    };
+    if !textured {
+        return Some(Hit {
+            n,
+            st: [S::constant(0.0); 2],
+            h: [0.0; 3],
+            mirrored: false,
+        });
+    }
+    let [ta, tb, tc] = triangle.texcoords;
+    let st =
+        [0, 1].map(|i| a * S::constant(ta[i]) + b * S::constant(tb[i]) + c * S::constant(tc[i]));
+    let (along_s, along_t) = triangle.tangents();
+    let facing = n.map(S::value);
+    // (h × n) is along ∂P/∂s across n for h = n × ∂P/∂s; e2 = n × e1.
+    let h = cross(facing, along_s);
+    let mirrored = dot(cross(facing, along_s), along_t) > 0.0;
+    Some(Hit { n, st, h, mirrored })
 }
 
 /// The nearest multiple of the ray on a ball that does not hold the origin; a ray that only touches it

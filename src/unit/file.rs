@@ -96,14 +96,10 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), 
         Some(name) => match name.strip_prefix("preset:") {
             Some(preset) => {
                 origins.base = UnitSpec::preset(preset).ok_or_else(|| {
-                    let found = match preset {
-                        "otk" => "`otk`, which this version does not build".into(),
-                        other => format!("`{other}`"),
-                    };
                     InputError::new(
                         "--unit",
                         format!("a preset ({})", UnitSpec::PRESETS.join(", ")),
-                        found,
+                        format!("`{preset}`"),
                         "name one of them or a TOML file",
                     )
                 })?;

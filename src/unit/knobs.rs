@@ -1,12 +1,14 @@
 //! The list of knobs: every path of a unit with its value, legal values and meaning.
 
 use rtl_model::TexelFormat;
+use rtl_model::cone::{ConeFormat, LaneOrder, StoreRounding};
 use rtl_model::fx::{Overflow, Rounding};
 use rtl_model::regs::{Kind, Reg};
 
 use super::UnitSpec;
 use crate::policy::{
-    Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
+    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, Method, Minor, Outside,
+    Placement, RoughnessInterpolation, SetDiffuse, Weights,
 };
 use crate::settings::IDENTITY;
 
@@ -200,6 +202,91 @@ impl UnitSpec {
             "4…24",
             false,
             "fraction bits of a decoded texel",
+        );
+        add(
+            "cone.format",
+            text(c.cone.format.name()),
+            &names(ConeFormat::ALL, ConeFormat::name),
+            false,
+            "format of a ray cone's angle and width",
+        );
+        add(
+            "cone.rounding",
+            text(c.cone.rounding.name()),
+            &names(StoreRounding::ALL, StoreRounding::name),
+            false,
+            "rounding of a ray cone's stores",
+        );
+        add(
+            "cone.lane_order",
+            text(c.cone.order.name()),
+            &names(LaneOrder::ALL, LaneOrder::name),
+            true,
+            "which half of a packed cone is its angle",
+        );
+        add(
+            "cone.seed",
+            int(c.cone.seed),
+            "0…4294967295",
+            false,
+            "seed of stochastic stores",
+        );
+        add(
+            "cone.rules",
+            text(c.cone.rules.name()),
+            &names(ConeRules::ALL, ConeRules::name),
+            true,
+            "formulas of the note or OptiX Toolkit's code",
+        );
+        add(
+            "cone.set_diffuse",
+            text(c.cone.set_diffuse.name()),
+            &names(SetDiffuse::ALL, SetDiffuse::name),
+            true,
+            "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
+        );
+        let hit = &c.hit;
+        add(
+            "hit.iterations",
+            int(hit.iterations),
+            "0…64",
+            true,
+            "most look-ups of the search for a hit",
+        );
+        add(
+            "hit.method",
+            text(hit.method.name()),
+            &names(Method::ALL, Method::name),
+            true,
+            "how the search finds its next point",
+        );
+        add(
+            "hit.tolerance_bits",
+            hit.tolerance_bits.map_or_else(|| text("off"), int),
+            "off | 1…24",
+            true,
+            "τ = 2^-bits, off: τ = 0; the search ends where the ratio lies within 1 ± τ",
+        );
+        add(
+            "hit.lookup",
+            text(hit.look_up.name()),
+            &names(LookUp::ALL, LookUp::name),
+            true,
+            "how a distance is read",
+        );
+        add(
+            "hit.footprint",
+            text(hit.footprint.name()),
+            &names(HitFootprint::ALL, HitFootprint::name),
+            true,
+            "shape of a cone's footprint at the hit",
+        );
+        add(
+            "hit.outside",
+            text(hit.outside.name()),
+            &names(Outside::ALL, Outside::name),
+            true,
+            "what becomes of a ray that starts outside of the reference surface",
         );
         let rotation = self.rotation.unwrap_or(IDENTITY);
         add(

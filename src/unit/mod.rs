@@ -8,11 +8,12 @@ pub mod file;
 pub mod knobs;
 mod set;
 
+use rtl_model::cone::StoreRounding;
 use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
 use rtl_model::{Config, ConfigError};
 
 use crate::error::InputError;
-use crate::policy::{Axis, Curvature, RoughnessInterpolation};
+use crate::policy::{Axis, ConeRules, Curvature, RoughnessInterpolation, SetDiffuse};
 use crate::report::hash;
 use crate::settings::{AngleTable, IDENTITY, Settings};
 
@@ -59,9 +60,11 @@ impl Default for UnitSpec {
 
 impl UnitSpec {
     /// Names of the presets.
-    pub const PRESETS: [&'static str; 2] = ["default", "schilling"];
+    pub const PRESETS: [&'static str; 3] = ["default", "schilling", "otk"];
 
-    /// A preset: `default`, or `schilling` (ten angle entries and roughness scale 1, as in the paper).
+    /// A preset: `default`, `schilling` (ten angle entries and roughness scale 1, as in the paper), or `otk`
+    /// (ray cones as OptiX Toolkit's code treats them: truncating stores, its rules, the angle and width of a
+    /// diffuse scatter exchanged).
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         let mut spec = Self::default();
@@ -70,6 +73,11 @@ impl UnitSpec {
             "schilling" => {
                 spec.config.tables.eigen.entries = 10;
                 spec.set_scale(1.0);
+            }
+            "otk" => {
+                spec.config.cone.rounding = StoreRounding::Truncate;
+                spec.config.cone.rules = ConeRules::Otk;
+                spec.config.cone.set_diffuse = SetDiffuse::Exchanged;
             }
             _ => return None,
         }
@@ -109,6 +117,7 @@ impl UnitSpec {
             roughness_curvature: self.roughness_curvature,
             minor: c.minor,
             dnmod: c.dnmod,
+            hit: c.hit,
             rotation: self.rotation.unwrap_or(IDENTITY),
             reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
                 .then_some(table),

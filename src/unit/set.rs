@@ -1,6 +1,7 @@
 //! Setting a knob: what a path takes, and what is said of a value or a path that it does not.
 
 use rtl_model::TexelFormat;
+use rtl_model::cone::{ConeFormat, LaneOrder, StoreRounding};
 use rtl_model::fx::{Format, Overflow, Rounding};
 use rtl_model::regs::{Kind, Reg};
 use rtl_model::tables::TableSpec;
@@ -9,7 +10,9 @@ use super::UnitSpec;
 use super::knobs::{Value, canonical, names};
 use crate::error::InputError;
 use crate::policy::{
-    Axis, Count, Curvature, Dnmod, Minor, Placement, RoughnessInterpolation, Weights,
+    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, MAX_ITERATIONS,
+    MAX_TOLERANCE_BITS, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse,
+    Weights,
 };
 use crate::settings::IDENTITY;
 
@@ -103,6 +106,22 @@ impl UnitSpec {
                 }
                 _ => wrong("an even number from 2 to 1024"),
             },
+            "hit.iterations" => number!(c.hit.iterations, 0, MAX_ITERATIONS),
+            "hit.method" => literal!(Method, c.hit.method),
+            "hit.tolerance_bits" => match (value, whole(1, MAX_TOLERANCE_BITS)) {
+                (Value::Text(t), _) if t == "off" => {
+                    c.hit.tolerance_bits = None;
+                    Ok(())
+                }
+                (_, Some(bits)) => {
+                    c.hit.tolerance_bits = Some(bits);
+                    Ok(())
+                }
+                (_, None) => wrong("\"off\" or a whole number from 1 to 24"),
+            },
+            "hit.lookup" => literal!(LookUp, c.hit.look_up),
+            "hit.footprint" => literal!(HitFootprint, c.hit.footprint),
+            "hit.outside" => literal!(Outside, c.hit.outside),
             "eigen.placement" => literal!(Placement, c.placement),
             "eigen.minor" => literal!(Minor, c.minor),
             "filter.weight_bits" => number!(c.weight_bits, 1, 8),
@@ -110,6 +129,12 @@ impl UnitSpec {
             "texel.format" => literal!(TexelFormat, c.texel_format),
             "texel.int" => number!(c.texel_int, 1, 17),
             "texel.frac" => number!(c.texel_frac, 4, 24),
+            "cone.format" => literal!(ConeFormat, c.cone.format),
+            "cone.rounding" => literal!(StoreRounding, c.cone.rounding),
+            "cone.lane_order" => literal!(LaneOrder, c.cone.order),
+            "cone.seed" => number!(c.cone.seed, 0, u32::MAX),
+            "cone.rules" => literal!(ConeRules, c.cone.rules),
+            "cone.set_diffuse" => literal!(SetDiffuse, c.cone.set_diffuse),
             "transform.rotation" => match value {
                 Value::Numbers(v) => match rotation(v) {
                     Some(a) => {

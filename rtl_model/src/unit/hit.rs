@@ -1,0 +1,241 @@
+//! The HIT operation: the search, then ENV's own stages from the face on.
+
+use super::Unit;
+use super::block::{NO_FLAGS, Needs, Ports, Results, State};
+use crate::config::{Config, ConfigError, ROTATION_FRAC};
+use crate::distance::DistanceMemory;
+use crate::fx::Flags;
+use crate::policy::HitStatus;
+use crate::port;
+use crate::regs::{Event, Reg};
+use crate::stages::hit::{self, cone, footprint};
+use crate::stages::{Lanes, Sink, bits, cube_face, fits, store, take};
+use crate::tap::Tap;
+use crate::texture::Texture;
+
+/// One ray as binary64 words.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HitWords {
+    /// Where it starts.
+    pub x: [u64; 3],
+    /// Its direction.
+    pub r: [u64; 3],
+    /// Full angle and full width of its cone at x.
+    pub cone: Option<[u64; 2]>,
+}
+
+/// Up to `N` rays behind their ports.
+#[derive(Clone, Debug)]
+pub struct HitPorts<const N: usize> {
+    /// Lanes in use.
+    pub len: usize,
+    x: Lanes<N, 3>,
+    direction: Lanes<N, 3>,
+    direction_frac: [i64; N],
+    cone: [Option<[(i64, i64); 2]>; N],
+    flags: [Flags; N],
+}
+
+impl<const N: usize> Default for HitPorts<N> {
+    fn default() -> Self {
+        Self {
+            len: 0,
+            x: [[0; N]; 3],
+            direction: [[0; N]; 3],
+            direction_frac: [0; N],
+            cone: [None; N],
+            flags: [NO_FLAGS; N],
+        }
+    }
+}
+
+/// What the stages have written; kept from block to block.
+#[derive(Clone, Debug, Default)]
+pub struct HitState<const N: usize> {
+    /// The search's results.
+    pub hit: hit::Out<N>,
+    /// The stages behind it.
+    pub env: State<N>,
+}
+
+/// Results of up to `N` rays.
+#[derive(Clone, Debug)]
+pub struct HitResults<const N: usize> {
+    /// What ENV made of the footprint; flags of the whole operation.
+    pub env: Results<N>,
+}
+
+impl<const N: usize> Default for HitResults<N> {
+    fn default() -> Self {
+        Self {
+            env: Results::default(),
+        }
+    }
+}
+
+/// A unit compiled for rays.
+#[derive(Clone, Debug)]
+pub struct HitUnit {
+    unit: Unit,
+    hit: hit::Cfg,
+    footprint: footprint::Cfg,
+}
+
+impl HitUnit {
+    /// Compiles a configuration; refuses by name what could not be exact inside.
+    pub fn new(config: &Config, face_size: u32) -> Result<Self, ConfigError> {
+        let needs = Needs {
+            bump: false,
+            rough: false,
+        };
+        let unit = Unit::new(config, needs, face_size)?;
+        let looked_up = if config.rotation.is_some() {
+            fits(
+                Reg::FaceRotated,
+                bits(config, Reg::HitTo) + ROTATION_FRAC + 3,
+            )?;
+            bits(config, Reg::FaceRotated)
+        } else {
+            bits(config, Reg::HitTo)
+        };
+        fits(Reg::FaceU, looked_up + bits(config, Reg::FaceInvMa))?;
+        Ok(Self {
+            unit,
+            hit: hit::Cfg::new(config)?,
+            footprint: footprint::Cfg::new(config)?,
+        })
+    }
+
+    /// Whether every register rounds half-even and saturates.
+    #[must_use]
+    pub fn is_standard(&self) -> bool {
+        self.unit.is_standard()
+    }
+
+    /// Passes one ray through the ports into lane `ports.len`, which must be below `N`.
+    #[inline(always)]
+    pub fn load<const N: usize, T: Tap>(
+        &self,
+        ports: &mut HitPorts<N>,
+        memory: &DistanceMemory,
+        words: &HitWords,
+        tap: &mut T,
+    ) {
+        let lane = ports.len;
+        if lane >= N {
+            return;
+        }
+        ports.len += 1;
+        let mut flags = NO_FLAGS;
+        let mut all_finite = true;
+        let scale = memory.scale;
+        for (c, word) in words.x.into_iter().enumerate() {
+            let (code, over, finite) = port::scalar(T::STANDARD, &self.hit.x, word, scale);
+            flags.register(Reg::HitX, over);
+            all_finite &= finite;
+            ports.x[c][lane] = code;
+            let frac = i64::from(self.hit.x.format.frac) - scale;
+            tap.put(lane, Reg::HitX, c, code, frac);
+        }
+        let (r, finite) = port::vector(T::STANDARD, &self.hit.direction, words.r);
+        all_finite &= finite;
+        for (c, m) in r.m.into_iter().enumerate() {
+            tap.put(lane, Reg::HitDirection, c, m, r.frac);
+        }
+        store(&mut ports.direction, lane, r.m);
+        // Only the direction counts: mantissas with their largest in [1, 2).
+        ports.direction_frac[lane] = i64::from(self.hit.direction.format.magnitude_bits()) - 1;
+        ports.cone[lane] = words.cone.map(|cone| {
+            cone.map(|word| {
+                let (value, finite) = cone::load(word);
+                all_finite &= finite;
+                value
+            })
+        });
+        flags.event(Event::HitNotFinite, !all_finite);
+        ports.flags[lane] = flags;
+    }
+
+    /// The whole operation. A lane without a cone ends after the search.
+    #[inline(always)]
+    pub fn run<const N: usize, T: Tap>(
+        &self,
+        ports: &HitPorts<N>,
+        memory: &DistanceMemory,
+        texture: Option<&Texture>,
+        state: &mut HitState<N>,
+        out: &mut HitResults<N>,
+        tap: &mut T,
+    ) {
+        let len = ports.len.min(N);
+        let env = &mut state.env;
+        env.flags.copy_from_slice(&ports.flags);
+        let input = hit::In {
+            x: &ports.x,
+            direction: &ports.direction,
+            direction_frac: &ports.direction_frac,
+        };
+        let roms = &self.unit.roms;
+        let flags = &mut env.flags[..len];
+        hit::hit(&self.hit, roms, memory, input, &mut state.hit, flags, tap);
+        out.env.flags = env.flags;
+        if ports.cone.iter().take(len).all(Option::is_none) {
+            return;
+        }
+        let mut exp = [0; N];
+        for (lane, exp) in exp.iter_mut().enumerate().take(len) {
+            let escaped = state.hit.status[lane] == HitStatus::Escaped;
+            *exp = if escaped { 0 } else { memory.scale };
+        }
+        let input = cube_face::In {
+            v_r: &state.hit.to,
+            v_r_frac: &state.hit.to_frac,
+            exp: &exp,
+        };
+        let flags = &mut env.flags[..len];
+        cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
+        for lane in 0..len {
+            let escaped = state.hit.status[lane] == HitStatus::Escaped;
+            let [angle, width] = ports.cone[lane].unwrap_or([(0, 0); 2]);
+            let (m, e) = if escaped {
+                angle
+            } else {
+                let d_exp = memory.scale - self.hit.d_frac();
+                cone::propagate(angle, width, (state.hit.d[lane], d_exp))
+            };
+            let flags = &mut env.flags[lane];
+            let mut sink = Sink { lane, flags, tap };
+            let zero = env.face.zero[lane];
+            let input = footprint::In {
+                r: take(&state.hit.r, lane),
+                to: take(&state.hit.to, lane),
+                width: (m.abs(), e),
+                scale: exp[lane],
+                escaped,
+                face: (env.face.face[lane], env.face.u[lane], env.face.v[lane]),
+                inv_ma: if zero {
+                    (0, 0)
+                } else {
+                    (env.face.inv_ma[lane], env.face.inv_ma_frac[lane])
+                },
+            };
+            let d =
+                footprint::footprint(&self.footprint, &self.hit, roms, memory, &input, &mut sink);
+            store(&mut env.d.d, lane, d);
+        }
+        let lanes = Ports::<N> {
+            len,
+            ..Ports::default()
+        };
+        self.unit.covariance(&lanes, env, tap);
+        self.unit.eigen(&lanes, env, tap);
+        self.unit.footprint(&lanes, env, tap);
+        match texture {
+            Some(texture) => self.unit.back(env, len, texture, &mut out.env, tap),
+            None => {
+                out.env.probes = env.line.count;
+                out.env.flags = env.flags;
+            }
+        }
+    }
+}

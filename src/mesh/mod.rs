@@ -1,0 +1,301 @@
+//! Triangle meshes: read from OBJ and glTF binary files, checked, fitted into a ball, met by rays.
+//!
+//! A file is read into corners as it has them ([`Soup`]), which is then checked, fitted and completed
+//! ([`Mesh`]). Only [`Mesh`] meets rays, so nothing that a ray sees has not been checked.
+
+mod bvh;
+mod fit;
+mod glb;
+mod intersect;
+mod normals;
+mod obj;
+
+use std::io::Read as _;
+use std::path::Path;
+
+use crate::error::InputError;
+use crate::scene::dual::{cross, difference};
+pub use intersect::{Barycentric, meet};
+
+/// Largest file in bytes.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// Most triangles of a mesh, after polygons are cut and instances repeated.
+pub const MAX_TRIANGLES: usize = 1 << 22;
+
+/// Largest magnitude of a coordinate: squares and cubes of it are far from the largest double.
+const MAX_COORDINATE: f64 = 1e18;
+
+/// One corner of a triangle: indices into the lists of a [`Soup`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Position.
+    pub position: u32,
+    /// Normal, if the file gives one.
+    pub normal: Option<u32>,
+    /// Texture coordinates, if the file gives some.
+    pub texcoord: Option<u32>,
+}
+
+/// Triangles as a file has them. Indices are in range.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Soup {
+    /// Positions.
+    pub positions: Vec<[f64; 3]>,
+    /// Normals of any length.
+    pub normals: Vec<[f64; 3]>,
+    /// Texture coordinates: s to the right, t **down** the picture.
+    pub texcoords: Vec<[f64; 2]>,
+    /// Corners, counter-clockwise seen from outside.
+    pub triangles: Vec<[Corner; 3]>,
+}
+
+/// What was done to a file's triangles, for a line on stderr.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Triangles without area, left out.
+    pub degenerate: usize,
+    /// Corners whose normal was absent or zero and was computed.
+    pub normals_computed: usize,
+}
+
+impl Repairs {
+    /// The line, or nothing where nothing was done.
+    #[must_use]
+    pub fn note(&self, subject: &str) -> Option<String> {
+        (*self != Self::default()).then(|| {
+            format!(
+                "{subject}: {} triangles without area left out, normals of {} corners computed",
+                self.degenerate, self.normals_computed
+            )
+        })
+    }
+}
+
+/// A triangle that rays meet: everything at its corners, ready to be interpolated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Positions of the corners, counter-clockwise from outside.
+    pub positions: [[f64; 3]; 3],
+    /// Unit normals at the corners.
+    pub normals: [[f64; 3]; 3],
+    /// Texture coordinates at the corners; zero where the mesh is not textured.
+    pub texcoords: [[f64; 2]; 3],
+}
+
+impl Triangle {
+    /// A vector across the triangle's plane, outwards: twice its area long.
+    #[must_use]
+    pub fn plane_normal(&self) -> [f64; 3] {
+        let [a, b, c] = self.positions;
+        cross(difference(b, a), difference(c, a))
+    }
+
+    /// Directions in the plane along which s and t grow; of any length. Where the texture coordinates
+    /// span no area: an edge, and the direction across it that is right for a map seen from outside.
+    #[must_use]
+    pub fn tangents(&self) -> ([f64; 3], [f64; 3]) {
+        let [a, b, c] = self.positions;
+        let (ab, ac) = (difference(b, a), difference(c, a));
+        let [ta, tb, tc] = self.texcoords;
+        let (s1, t1) = (tb[0] - ta[0], tb[1] - ta[1]);
+        let (s2, t2) = (tc[0] - ta[0], tc[1] - ta[1]);
+        let area = s1 * t2 - s2 * t1;
+        if area == 0.0 || !area.is_finite() {
+            return (ab, cross(ab, self.plane_normal()));
+        }
+        let sign = area.signum();
+        (
+            [0, 1, 2].map(|i| sign * (ab[i] * t2 - ac[i] * t1)),
+            [0, 1, 2].map(|i| sign * (ac[i] * s1 - ab[i] * s2)),
+        )
+    }
+}
+
+/// A mesh that rays meet.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    triangles: Vec<Triangle>,
+    untextured: usize,
+    tree: bvh::Tree,
+}
+
+impl Mesh {
+    /// Reads a file (`.obj` or `.glb`, by its contents) and fits it into a ball: the middle of its
+    /// bounding box goes to `centre`, its farthest corner to the distance `radius`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is of neither kind, is damaged or too large, or has no triangle
+    /// with an area.
+    pub fn load(path: &Path, centre: [f64; 3], radius: f64) -> Result<(Self, Repairs), InputError> {
+        let subject = path.display().to_string();
+        let soup = read(path, &subject)?;
+        Self::new(&soup, &subject, centre, radius)
+    }
+
+    /// The mesh of a soup, fitted into a ball.
+    ///
+    /// # Errors
+    /// A coordinate that is not finite or beyond 10¹⁸, or no triangle with an area.
+    pub fn new(
+        soup: &Soup,
+        subject: &str,
+        centre: [f64; 3],
+        radius: f64,
+    ) -> Result<(Self, Repairs), InputError> {
+        check_numbers(soup, subject)?;
+        let positions = fit::fitted(soup, subject, centre, radius)?;
+        let (kept, degenerate) = fit::with_area(&soup.triangles, &positions);
+        if kept.is_empty() {
+            return Err(InputError::new(
+                subject,
+                "a triangle with an area",
+                format!("{degenerate} triangles, all without"),
+                "check the mesh in the program that wrote it",
+            ));
+        }
+        let (corner_normals, normals_computed) = normals::complete(soup, &kept, &positions);
+        let untextured = kept
+            .iter()
+            .filter(|t| t.iter().any(|c| c.texcoord.is_none()))
+            .count();
+        let triangles: Vec<Triangle> = kept
+            .iter()
+            .zip(corner_normals)
+            .map(|(corners, normals)| Triangle {
+                positions: corners.map(|c| positions[c.position as usize]),
+                normals,
+                texcoords: corners
+                    .map(|c| c.texcoord.map_or([0.0; 2], |i| soup.texcoords[i as usize])),
+            })
+            .collect();
+        let tree = bvh::Tree::new(&triangles);
+        let mesh = Self {
+            triangles,
+            untextured,
+            tree,
+        };
+        let repairs = Repairs {
+            degenerate,
+            normals_computed,
+        };
+        Ok((mesh, repairs))
+    }
+
+    /// The triangles in the file's order, without those that have no area.
+    #[must_use]
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    /// Triangles without texture coordinates.
+    #[must_use]
+    pub fn untextured(&self) -> usize {
+        self.untextured
+    }
+
+    /// The nearest triangle that a ray meets at a multiple of `direction` within (`after`, ∞): its
+    /// index. Of triangles at the same distance the first.
+    #[must_use]
+    pub fn nearest(&self, origin: [f64; 3], direction: [f64; 3], after: f64) -> Option<usize> {
+        self.tree.nearest(&self.triangles, origin, direction, after)
+    }
+}
+
+/// Reads a file of either kind.
+fn read(path: &Path, subject: &str) -> Result<Soup, InputError> {
+    let unreadable = |e: std::io::Error| {
+        InputError::new(
+            subject,
+            "a readable mesh file",
+            e.to_string(),
+            "check the path",
+        )
+    };
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(InputError::new(
+            subject,
+            format!("a file of at most {} MiB", MAX_BYTES >> 20),
+            "a larger one",
+            "simplify the mesh",
+        ));
+    }
+    parse(&bytes, path, subject)
+}
+
+/// The soup of a file's bytes: glTF binary by its magic, OBJ by its name.
+fn parse(bytes: &[u8], path: &Path, subject: &str) -> Result<Soup, InputError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if bytes.starts_with(b"glTF") {
+        return glb::parse(bytes, subject);
+    }
+    match extension.as_deref() {
+        Some("obj") => obj::parse(bytes, subject),
+        Some("glb") => Err(InputError::new(
+            subject,
+            "a glTF binary file, which begins with `glTF`",
+            "other bytes",
+            "export the mesh again as .glb",
+        )
+        .at("byte 0")),
+        other => Err(InputError::new(
+            subject,
+            "a mesh in .obj or .glb",
+            other.map_or("a name without ending".into(), |e| format!(".{e}")),
+            "convert the mesh to one of the two",
+        )),
+    }
+}
+
+/// Refuses a triangle too many.
+fn admit(triangles: usize, subject: &str, place: impl Fn() -> String) -> Result<(), InputError> {
+    if triangles <= MAX_TRIANGLES {
+        return Ok(());
+    }
+    Err(InputError::new(
+        subject,
+        format!("at most {MAX_TRIANGLES} triangles"),
+        "more",
+        "simplify the mesh",
+    )
+    .at(place()))
+}
+
+/// Refuses numbers that no surface can be made of, by the first triangle that uses one.
+fn check_numbers(soup: &Soup, subject: &str) -> Result<(), InputError> {
+    let bad = |c: &f64| c.is_nan() || c.abs() > MAX_COORDINATE;
+    let fail = |triangle: usize, what: &str, values: &[f64]| {
+        let shown: Vec<String> = values.iter().map(f64::to_string).collect();
+        Err(InputError::new(
+            subject,
+            format!("finite {what} of at most 1e18"),
+            shown.join(" "),
+            "export the mesh again",
+        )
+        .at(format!("triangle {triangle}")))
+    };
+    for (index, corners) in soup.triangles.iter().enumerate() {
+        for corner in corners {
+            let position = &soup.positions[corner.position as usize];
+            if position.iter().any(bad) {
+                return fail(index, "position", position);
+            }
+            if let Some(normal) = corner.normal.map(|i| &soup.normals[i as usize])
+                && normal.iter().any(bad)
+            {
+                return fail(index, "normal", normal);
+            }
+            if let Some(texcoord) = corner.texcoord.map(|i| &soup.texcoords[i as usize])
+                && texcoord.iter().any(bad)
+            {
+                return fail(index, "texture coordinates", texcoord);
+            }
+        }
+    }
+    Ok(())
+}

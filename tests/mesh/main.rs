@@ -1,0 +1,6 @@
+//! Meshes: reading, fitting, rays, and pictures of the shared files.
+
+mod files;
+mod hostile;
+mod optics;
+mod rays;

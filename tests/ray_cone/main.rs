@@ -1,0 +1,11 @@
+//! Ray cones: formats, stores and operations, against `half`, doubles and exact fractions.
+#![expect(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    clippy::cast_possible_truncation,
+    reason = "tests: a failure is the message, results are exact codes, and codes are cut on purpose"
+)]
+
+mod formats;
+mod grid;
+mod operations;
