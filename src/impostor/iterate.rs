@@ -337,8 +337,8 @@ mod tests {
     fn the_march_brackets_the_wall_within_its_last_step() {
         let distance = cuboid([4.0, 3.0, 5.0]);
         let got = march(&distance, [0.5, 0.5, 0.5], [0.6, 0.0, 0.8], 16.0, 32, 6);
-        // The wall x = 4 is 3.5/0.6 away; half a step after six halvings is 16/32/128.
-        assert!((got.d - 3.5 / 0.6).abs() <= 16.0 / 32.0 / 128.0);
+        // The wall z = 5 is 4.5/0.8 away, nearer than x = 4; half a step after six halvings is 16/32/128.
+        assert!((got.d - 4.5 / 0.8).abs() <= 16.0 / 32.0 / 128.0);
         assert_eq!(got.ending, Ending::Converged);
         assert_eq!(got.look_ups, 12 + 6);
     }

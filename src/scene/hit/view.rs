@@ -158,6 +158,7 @@ mod tests {
         assert!(angle > 10.0 / 400.0, "the ball widens the cone");
         // The middle ray comes straight back.
         assert!((middle.r[2] - 1.0).abs() < 1e-12);
-        assert!(!view.leaving(0.0, 0.0, &mut |_| ()));
+        // The silhouette's radius is 61 pixels.
+        assert!(view.leaving(-28.0, 32.0, &mut |_| ()) && !view.leaving(-30.0, 32.0, &mut |_| ()));
     }
 }

@@ -215,19 +215,21 @@ mod tests {
             for part in 0..6 {
                 let (mut soft, mut hard) = (0, 0);
                 let extent = [6.0, 4.0];
-                for j in 0..400 {
-                    let mut before: Option<f64> = None;
-                    for i in 0..600 {
-                        let place = [f64::from(i) / 100.0, f64::from(j) / 100.0];
-                        let glow = paint.glow(part, place, extent);
+                let glow = |i: i32, j: i32| {
+                    paint.glow(part, [f64::from(i) / 100.0, f64::from(j) / 100.0], extent)
+                };
+                for j in 1..400 {
+                    for i in 1..600 {
+                        let here = glow(i, j);
                         assert!(
-                            glow.iter().all(|c| (0.0..=8.0).contains(c)),
+                            here.iter().all(|c| (0.0..=8.0).contains(c)),
                             "{paint:?} {part}"
                         );
-                        let step = before.map_or(0.0, |b| (glow[0] - b).abs());
-                        soft += usize::from(step > 0.0 && step < 0.02);
-                        hard += usize::from(step > 0.04);
-                        before = Some(glow[0]);
+                        for before in [glow(i - 1, j), glow(i, j - 1)] {
+                            let step = (here[0] - before[0]).abs();
+                            soft += usize::from(step > 0.0 && step < 0.02);
+                            hard += usize::from(step > 0.04);
+                        }
                     }
                 }
                 assert!(hard > 100, "{paint:?} {part}: {hard} edges");
