@@ -102,9 +102,12 @@ fn powers_of_two_of_v_n_and_h_move_the_point_and_no_code() {
         assert_eq!(plain.flags, moved.flags);
         assert_eq!(plain.probes, moved.probes);
     }
+    // Not run here: without a texture no probe is looked up, and ENV has no search.
     let missing: Vec<&str> = Reg::ALL
         .iter()
-        .filter(|reg| !seen[reg.index()] && !matches!(reg.info().stage, "address" | "filter"))
+        .filter(|reg| {
+            !seen[reg.index()] && !matches!(reg.info().stage, "address" | "filter" | "hit")
+        })
         .map(|reg| reg.info().name)
         .collect();
     assert!(missing.is_empty(), "never seen with a value: {missing:?}");
