@@ -12,6 +12,7 @@ pub mod engine;
 pub mod error;
 pub mod fragment;
 pub mod image;
+pub mod impostor;
 pub mod mesh;
 pub mod optics;
 pub mod picture;

@@ -9,8 +9,6 @@ pub enum Stage {
     Bump,
     /// The reflected direction.
     Reflect,
-    /// A ray's hit with the surface of a distance map.
-    Hit,
     /// Face, reciprocal of the major component, coordinates on the face.
     CubeFace,
     /// Derivatives of the face coordinates by screen position: the matrix D.
@@ -19,6 +17,8 @@ pub enum Stage {
     Roughness,
     /// Angle and width of a ray cone on its way.
     RayCone,
+    /// A ray's hit with the surface of a distance map.
+    Hit,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -37,11 +37,11 @@ impl Stage {
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
-        Self::Hit,
         Self::CubeFace,
         Self::Jacobian,
         Self::Roughness,
         Self::RayCone,
+        Self::Hit,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -56,11 +56,11 @@ impl Stage {
             Self::LocalFrame => "local_frame",
             Self::Bump => "bump",
             Self::Reflect => "reflect",
-            Self::Hit => "hit",
             Self::CubeFace => "cube_face",
             Self::Jacobian => "jacobian",
             Self::Roughness => "roughness",
             Self::RayCone => "ray_cone",
+            Self::Hit => "hit",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

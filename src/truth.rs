@@ -77,31 +77,42 @@ pub fn truth(
     progress: &(dyn Fn(u64) + Sync),
 ) -> TruthPicture {
     let environment = PaddedCube::new(&texture.levels[0]);
+    let pixels: Vec<[u32; 2]> = scene.fragments.iter().map(|f| f.pixel).collect();
+    let shade = |x: f64, y: f64| {
+        let d = scene.surface.shade_point(x, y)?;
+        Some(environment.look_up(turned(&settings.rotation, d)))
+    };
+    let size = [scene.width, scene.height];
+    supersample(size, &pixels, &shade, options, progress)
+}
+
+/// Supersamples anything: `shade` gets image positions inside the `pixels` of a picture of that width and
+/// height and returns a colour or, where the object is missed, nothing. Everything else as [`truth`].
+#[must_use]
+pub fn supersample(
+    [width, height]: [usize; 2],
+    pixels: &[[u32; 2]],
+    shade: &(dyn Fn(f64, f64) -> Option<[f64; 3]> + Sync),
+    options: &TruthOptions,
+    progress: &(dyn Fn(u64) + Sync),
+) -> TruthPicture {
     let strata = Strata::new(options.samples);
-    let done: Vec<(Sums, [f64; 3], [f64; 3])> = scene
-        .fragments
+    let done: Vec<(Sums, [f64; 3], [f64; 3])> = pixels
         .par_chunks(256)
         .flat_map_iter(|chunk| {
             let colours: Vec<_> = chunk
                 .iter()
-                .map(|fragment| {
-                    let shade = |x: f64, y: f64| {
-                        let d = scene.surface.shade_point(x, y)?;
-                        Some(environment.look_up(turned(&settings.rotation, d)))
-                    };
-                    pixel(&strata, options, fragment.pixel, &shade)
-                })
+                .map(|at| pixel(&strata, options, *at, shade))
                 .collect();
             progress(chunk.len() as u64);
             colours
         })
         .collect();
-    let mut picture = Picture::new(scene.width, scene.height);
-    let mut standard_error = vec![0.0; scene.width * scene.height];
+    let mut picture = Picture::new(width, height);
+    let mut standard_error = vec![0.0; width * height];
     let (mut squares, mut display, mut samples) = (0.0, 0.0, 0);
-    for (fragment, (sums, colour, error)) in scene.fragments.iter().zip(done) {
-        let [column, row] = fragment.pixel;
-        let index = row as usize * scene.width + column as usize;
+    for ([column, row], (sums, colour, error)) in pixels.iter().zip(done) {
+        let index = *row as usize * width + *column as usize;
         picture.rgb[index] = colour;
         picture.covered[index] = true;
         let square = mean_square(error);
@@ -113,7 +124,7 @@ pub fn truth(
         );
         samples += sums.taken();
     }
-    let fragments = scene.fragments.len().max(1) as f64;
+    let fragments = pixels.len().max(1) as f64;
     TruthPicture {
         picture,
         standard_error,

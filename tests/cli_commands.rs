@@ -31,7 +31,6 @@ fn commands_of_later_versions_say_so_whatever_follows() {
         &["vectors", "gen", "eigen", "--level", "1"],
         &["vectors", "--", "-x"],
         &["size", "sphere", "--max-lsb8", "1"],
-        &["impostor"],
         &["conform", "--unit", "x"],
         &["budget"],
         &["fingerprint", "--adapter"],
@@ -49,6 +48,15 @@ fn commands_of_later_versions_say_so_whatever_follows() {
             tapline(args).refused(&[flag, "not built yet"]);
         }
     }
+}
+
+#[test]
+fn impostor_says_what_it_needs_and_compare_does_not_take_its_scenes_yet() {
+    tapline(&["impostor"]).refused(&["a scene", "impostor study room"]);
+    tapline(&["impostor", "room"]).refused(&["-o"]);
+    tapline(&["impostor", "room", "-o", "x.png"]).refused(&["x.png", ".exr"]);
+    tapline(&["impostor", "sphere", "-o", "x.exr"]).refused(&["room, columns, doorway"]);
+    tapline(&["compare", "room"]).refused(&["`room`", "impostor study room"]);
 }
 
 #[test]

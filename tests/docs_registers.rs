@@ -248,7 +248,7 @@ fn every_stage_document_has_the_default_units_registers_and_the_examples_codes()
         .map(|path| -> Value { serde_json::from_str(&house::read(path.as_ref())).unwrap() });
     let bless = std::env::var_os(golden::BLESS).is_some();
     let mut problems = Vec::new();
-    for stage in Stage::ALL {
+    for stage in Stage::ALL.into_iter().filter(|s| has_fixed_registers(*s)) {
         let path = house::root(&format!("docs/stages/{}.md", stage.name()));
         let text = house::read(&path).replace("\r\n", "\n");
         let new = regenerated(stage.name(), &text, measured.as_ref());

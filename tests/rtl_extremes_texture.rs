@@ -103,7 +103,7 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
     let f = straight([[2.0, 0.0], [0.0, 0.0]]);
     let unit = Unit::new(config, encode::needs(&f), 16384).unwrap();
     let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &encode::words(&f), &mut NoTap);
+    unit.load(&mut ports, &encode::words(&f));
     let mut out = Results::<1>::default();
     let mut state = State::<1>::default();
     unit.env(&ports, None, &mut state, &mut out, &mut NoTap);

@@ -39,7 +39,7 @@ fn batch<const N: usize>(
     let mut lanes = Lanes(vec![BTreeMap::new(); N]);
     let mut ports = Ports::<N>::default();
     for fragment in fragments {
-        unit.load(&mut ports, &words(fragment), &mut lanes);
+        unit.load(&mut ports, &words(fragment));
     }
     let mut out = Results::<N>::default();
     let mut state = State::default();
@@ -171,7 +171,7 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
         let (mut probes, mut texels, mut flags) = (0, 0, FlagCounts::default());
         for words in &words {
             let mut ports = Ports::<1>::default();
-            engine.unit.load(&mut ports, words, &mut NoTap);
+            engine.unit.load(&mut ports, words);
             let mut out = Results::<1>::default();
             engine.unit.env(
                 &ports,

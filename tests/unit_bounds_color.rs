@@ -20,7 +20,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
     let config = &spec.config;
     let frac = |reg: Reg| i32::try_from(config.format(reg).frac).expect("a short register");
     let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &words(f), &mut RtlProbe::default());
+    unit.load(&mut ports, &words(f));
     let mut state = State::<1>::default();
     unit.front(&ports, &mut state, &mut RtlProbe::default());
     let request = unit.request(&state, 0);

@@ -5,7 +5,7 @@ mod scalar;
 use rayon::prelude::*;
 use rtl_model::unit::{Ports, Results, State, Words};
 use rtl_model::{NoTap, NoTapStandard, Texture, Unit};
-use tapline::engine::dispatch::{self, LANES, Level, Task};
+use tapline::engine::dispatch::{self, GROUP, LANES, Level, Task};
 use tapline::engine::float::F64Engine;
 use tapline::engine::rtl::RtlEngine;
 use tapline::engine::{Engine as _, Subject, encode};
@@ -42,14 +42,10 @@ pub(crate) struct Bench {
     subject: Subject,
     settings: Settings,
     words: Vec<Words>,
-    blocks: Vec<Block>,
+    ports: Vec<Ports<LANES>>,
+    states: Vec<State<LANES>>,
     requests: Vec<scalar::Request>,
     scalar: scalar::Map,
-}
-
-struct Block {
-    ports: Ports<LANES>,
-    state: State<LANES>,
 }
 
 impl Bench {
@@ -73,21 +69,21 @@ impl Bench {
             .map(|f| encode::words(&f.fragment))
             .collect();
         let mut requests = Vec::new();
-        let blocks = words
+        let (ports, states) = words
             .chunks(LANES)
             .map(|chunk| {
                 let mut ports = Ports::default();
                 let mut state = State::default();
                 for words in chunk {
-                    engine.unit.load(&mut ports, words, &mut NoTap);
+                    engine.unit.load(&mut ports, words);
                 }
                 engine.unit.front(&ports, &mut state, &mut NoTap);
                 for lane in 0..ports.len {
                     requests.push(scalar::Request::new(&engine.unit.request(&state, lane)));
                 }
-                Block { ports, state }
+                (ports, state)
             })
-            .collect();
+            .unzip();
         let scalar = scalar::Map::new(&map);
         Self {
             engine,
@@ -98,7 +94,8 @@ impl Bench {
             },
             settings,
             words,
-            blocks,
+            ports,
+            states,
             requests,
             scalar,
         }
@@ -138,7 +135,8 @@ impl Bench {
                     unit: &self.engine.unit,
                     texture: &self.engine.texture,
                     words: &self.words,
-                    blocks: &mut self.blocks,
+                    ports: &self.ports,
+                    states: &mut self.states,
                 },
             ),
         }
@@ -164,7 +162,8 @@ struct Part<'a> {
     unit: &'a Unit,
     texture: &'a Texture,
     words: &'a [Words],
-    blocks: &'a mut [Block],
+    ports: &'a [Ports<LANES>],
+    states: &'a mut [State<LANES>],
 }
 
 impl Task for Part<'_> {
@@ -177,17 +176,35 @@ impl Task for Part<'_> {
         let mut sum = 0;
         if self.name == "ports" {
             let mut ports = Ports::<LANES>::default();
-            for chunk in self.words.chunks(LANES) {
+            for (words, state) in self.words.chunks(LANES).zip(self.states) {
                 ports.len = 0;
-                for words in chunk {
-                    unit.load(&mut ports, words, &mut tap);
+                for words in words {
+                    unit.load(&mut ports, words);
                 }
+                unit.ports(&ports, state, &mut tap);
                 sum += ports.len as u64;
             }
             return sum;
         }
+        if self.name == "front" {
+            let groups = self
+                .words
+                .chunks(GROUP * LANES)
+                .zip(self.states.chunks_mut(GROUP));
+            let mut ports: [Ports<LANES>; GROUP] = Default::default();
+            for (words, states) in groups {
+                for (words, ports) in words.chunks(LANES).zip(&mut ports) {
+                    ports.len = 0;
+                    for words in words {
+                        unit.load(ports, words);
+                    }
+                }
+                unit.fronts(&ports[..states.len()], states, &mut tap);
+            }
+            return sum;
+        }
         let mut out = Results::<LANES>::default();
-        for Block { ports, state } in self.blocks {
+        for (ports, state) in self.ports.iter().zip(self.states) {
             match self.name {
                 "local_frame" => unit.local_frame(ports, state, &mut tap),
                 "bump" => unit.bump(ports, state, &mut tap),
@@ -199,7 +216,6 @@ impl Task for Part<'_> {
                 "covariance" => unit.covariance(ports, state, &mut tap),
                 "eigen" => unit.eigen(ports, state, &mut tap),
                 "footprint" => unit.footprint(ports, state, &mut tap),
-                "front" => unit.front(ports, state, &mut tap),
                 "floor" => sum = sum.wrapping_add(unit.touch(state, ports.len, self.texture)),
                 "back" => {
                     unit.back(state, ports.len, self.texture, &mut out, &mut tap);

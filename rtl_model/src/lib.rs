@@ -10,6 +10,11 @@
     clippy::disallowed_types,
     clippy::as_conversions
 )]
+#![allow(
+    clippy::needless_range_loop,
+    clippy::too_many_arguments,
+    reason = "lanes: loops over an index are what becomes vector code, and arrays are written where they lie"
+)]
 
 extern crate alloc;
 
@@ -17,6 +22,7 @@ pub mod cone;
 pub mod config;
 pub mod distance;
 pub mod fx;
+mod lanes;
 mod literals;
 pub mod policy;
 pub mod port;

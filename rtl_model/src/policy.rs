@@ -91,6 +91,47 @@ literals! {
 }
 
 literals! {
+    /// Whose rules of a ray cone hold.
+    ConeRules {
+        /// The formulas of the note.
+        Note = "note",
+        /// OptiX Toolkit's code: no reflection, refraction or scatter from ¼ rad on; a scatter goes away from
+        /// zero and ends diffuse at ±¼ rad; the projection keeps the sign of w.
+        Otk = "otk",
+    } default Note
+}
+
+literals! {
+    /// What a scatter writes that OptiX Toolkit's code calls diffuse (`cone.rules = "otk"`).
+    SetDiffuse {
+        /// Angle ¼, width |w|, as was meant.
+        Angle = "angle",
+        /// Angle |w|, width ¼: the two exchanged, as the code has it.
+        Exchanged = "exchanged",
+    } default Angle
+}
+
+literals! {
+    /// How ddx and ddy follow from dPdx and dPdy on a general surface.
+    ConeGradient {
+        /// The note's quotients of dot products, exact where dPds ⟂ dPdt.
+        Otk = "otk",
+        /// The 2×2 normal equations: exact for any dPds, dPdt.
+        Gram = "gram",
+    } default Gram
+}
+
+literals! {
+    /// Gradients of a bare cone on a cube map.
+    ConeEnv {
+        /// The constant 2α/π per [0, 1] of a face.
+        Otk = "otk",
+        /// The Jacobian of the face coordinates.
+        Exact = "exact",
+    } default Exact
+}
+
+literals! {
     /// How HIT finds its next ray parameter.
     Method {
         /// The paper's: towards the far point (eq. 2) until a step overshoots, then between both ends (eq. 3).
@@ -183,45 +224,4 @@ impl Default for HitPolicy {
             outside: Outside::default(),
         }
     }
-}
-
-literals! {
-    /// Whose rules of a ray cone hold.
-    ConeRules {
-        /// The formulas of the note.
-        Note = "note",
-        /// OptiX Toolkit's code: no reflection, refraction or scatter from ¼ rad on; a scatter goes away from
-        /// zero and ends diffuse at ±¼ rad; the projection keeps the sign of w.
-        Otk = "otk",
-    } default Note
-}
-
-literals! {
-    /// What a scatter writes that OptiX Toolkit's code calls diffuse (`cone.rules = "otk"`).
-    SetDiffuse {
-        /// Angle ¼, width |w|, as was meant.
-        Angle = "angle",
-        /// Angle |w|, width ¼: the two exchanged, as the code has it.
-        Exchanged = "exchanged",
-    } default Angle
-}
-
-literals! {
-    /// How ddx and ddy follow from dPdx and dPdy on a general surface.
-    ConeGradient {
-        /// The note's quotients of dot products, exact where dPds ⟂ dPdt.
-        Otk = "otk",
-        /// The 2×2 normal equations: exact for any dPds, dPdt.
-        Gram = "gram",
-    } default Gram
-}
-
-literals! {
-    /// Gradients of a bare cone on a cube map.
-    ConeEnv {
-        /// The constant 2α/π per [0, 1] of a face.
-        Otk = "otk",
-        /// The Jacobian of the face coordinates.
-        Exact = "exact",
-    } default Exact
 }

@@ -84,33 +84,6 @@ registers! {
     ReflectNdotV: "reflect"."n_dot_v"[1] Fixed signed 4 . 22, "⟨n, v⟩";
     ReflectNdotN: "reflect"."n_dot_n"[1] Fixed signed 4 . 22, "⟨n, n⟩";
     ReflectVr: "reflect"."v_r"[3] Block signed 1 . 24, "reflected direction 2n⟨n,v⟩ − v⟨n,n⟩";
-    HitX: "hit"."x"[3] Fixed signed 2 . 24, "where the ray starts, in units of the map's power of two";
-    HitDirection: "hit"."direction"[3] Block signed 1 . 24, "the ray's direction as it came, its largest component in [1, 2) times a power of two";
-    HitInvNorm: "hit"."inv_norm"[1] Block signed 1 . 26, "1/|direction|";
-    HitR: "hit"."r"[3] Fixed signed 1 . 24, "R, the unit direction";
-    HitLookUp: "hit"."look_up"[3] Block signed 1 . 24, "A·q, the direction of a distance look-up; three a look-up: R, x, then l";
-    HitUv: "hit"."uv"[2] Fixed signed 1 . 24, "(u, v) of a look-up on its face";
-    HitS: "hit"."s"[2] Fixed signed 16 . 8, "texel coordinates of a look-up";
-    HitDistance: "hit"."distance"[1] Fixed unsigned 0 . 20, "a distance in memory, in units of the map's power of two (a trace shows the nearest texel)";
-    HitRadius: "hit"."radius"[1] Fixed unsigned 0 . 24, "dist(q) after the interpolation: R, x, then l";
-    HitInvRadius: "hit"."inv_radius"[1] Block signed 1 . 26, "1/dist(q): x, then l";
-    HitLength: "hit"."length"[1] Fixed unsigned 7 . 24, "|x|, then |l|";
-    HitRatio: "hit"."ratio"[1] Fixed unsigned 3 . 24, "p_un = |x|/dist(x), then f = |l|/dist(l)";
-    HitHalved: "hit"."halved"[1] Fixed unsigned 3 . 24, "the other end's ratio after its residual was halved (method illinois)";
-    HitInvSpan: "hit"."inv_span"[1] Block signed 1 . 26, "1/(f − the other end's ratio)";
-    HitQuotient: "hit"."quotient"[1] Block signed 1 . 26, "(1 − f)/(f − the other end's ratio)";
-    HitStep: "hit"."step"[1] Fixed signed 5 . 24, "the change of d";
-    HitD: "hit"."d"[1] Fixed signed 5 . 24, "ray parameter, the first and after every step";
-    HitL: "hit"."l"[3] Fixed signed 6 . 24, "l = x + R d, the first and after every step";
-    HitTo: "hit"."to"[3] Block signed 1 . 24, "the hit's direction from the reference point, as ENV looks it up";
-    HitInvAcross: "hit"."inv_across"[1] Block signed 1 . 26, "1/|e_k × R|";
-    HitInvNormal: "hit"."inv_normal"[1] Block signed 1 . 26, "one over the length of the wall's normal (footprint plane)";
-    HitNormal: "hit"."normal"[3] Fixed signed 1 . 24, "unit normal of the wall (footprint plane)";
-    HitCosine: "hit"."cosine"[1] Fixed signed 1 . 24, "⟨n,R⟩, at least 1/max_probes (footprint plane)";
-    HitInvCosine: "hit"."inv_cosine"[1] Block signed 1 . 26, "1/⟨n,R⟩ (footprint plane)";
-    HitAlong: "hit"."along"[2] Fixed signed 1 . 24, "⟨n,t1⟩ and ⟨n,t2⟩ (footprint plane)";
-    HitSlope: "hit"."slope"[2] Fixed signed 7 . 24, "⟨n,t1⟩/⟨n,R⟩ and ⟨n,t2⟩/⟨n,R⟩ (footprint plane)";
-    HitTangent: "hit"."tangent"[6] Fixed signed 7 . 24, "t1 then t2, moved along R onto the wall's plane (footprint plane)";
     FaceRotated: "cube_face"."rotated"[3] Block signed 1 . 24, "A·v_r, the direction that is looked up";
     FaceInvMa: "cube_face"."inv_ma"[1] Block signed 1 . 26, "1/|ma|, ma the major component";
     FaceU: "cube_face"."u"[1] Fixed signed 1 . 24, "sc/|ma| in [−1, 1]";
@@ -142,6 +115,33 @@ registers! {
     RoughNumerator: "roughness"."numerator"[4] Fixed signed 8 . 21, "|ma|·G A J_n [e1 e2] row by row";
     RoughE: "roughness"."e"[4] Fixed signed 6 . 22, "G A J_n [e1 e2] row by row";
     RoughB: "roughness"."b"[4] Fixed signed 8 . 22, "s·B' row by row";
+    HitX: "hit"."x"[3] Fixed signed 2 . 24, "where the ray starts, in units of the map's power of two";
+    HitDirection: "hit"."direction"[3] Block signed 1 . 24, "the ray's direction as it came, its largest component in [1, 2) times a power of two";
+    HitInvNorm: "hit"."inv_norm"[1] Block signed 1 . 26, "1/|direction|";
+    HitR: "hit"."r"[3] Fixed signed 1 . 24, "R, the unit direction";
+    HitLookUp: "hit"."look_up"[3] Block signed 1 . 24, "A·q, the direction of a distance look-up; three a look-up: R, x, then l";
+    HitUv: "hit"."uv"[2] Fixed signed 1 . 24, "(u, v) of a look-up on its face";
+    HitS: "hit"."s"[2] Fixed signed 16 . 8, "texel coordinates of a look-up";
+    HitDistance: "hit"."distance"[1] Fixed unsigned 0 . 20, "a distance in memory, in units of the map's power of two (a trace shows the nearest texel)";
+    HitRadius: "hit"."radius"[1] Fixed unsigned 0 . 24, "dist(q) after the interpolation: R, x, then l";
+    HitInvRadius: "hit"."inv_radius"[1] Block signed 1 . 26, "1/dist(q): x, then l";
+    HitLength: "hit"."length"[1] Fixed unsigned 7 . 24, "|x|, then |l|";
+    HitRatio: "hit"."ratio"[1] Fixed unsigned 3 . 24, "p_un = |x|/dist(x), then f = |l|/dist(l)";
+    HitHalved: "hit"."halved"[1] Fixed unsigned 3 . 24, "the other end's ratio after its residual was halved (method illinois)";
+    HitInvSpan: "hit"."inv_span"[1] Block signed 1 . 26, "1/(f − the other end's ratio)";
+    HitQuotient: "hit"."quotient"[1] Block signed 1 . 26, "(1 − f)/(f − the other end's ratio)";
+    HitStep: "hit"."step"[1] Fixed signed 5 . 24, "the change of d";
+    HitD: "hit"."d"[1] Fixed signed 5 . 24, "ray parameter, the first and after every step";
+    HitL: "hit"."l"[3] Fixed signed 6 . 24, "l = x + R d, the first and after every step";
+    HitTo: "hit"."to"[3] Block signed 1 . 24, "the hit's direction from the reference point, as ENV looks it up";
+    HitInvAcross: "hit"."inv_across"[1] Block signed 1 . 26, "1/|e_k × R|";
+    HitInvNormal: "hit"."inv_normal"[1] Block signed 1 . 26, "one over the length of the wall's normal (footprint plane)";
+    HitNormal: "hit"."normal"[3] Fixed signed 1 . 24, "unit normal of the wall (footprint plane)";
+    HitCosine: "hit"."cosine"[1] Fixed signed 1 . 24, "⟨n,R⟩, at least 1/max_probes (footprint plane)";
+    HitInvCosine: "hit"."inv_cosine"[1] Block signed 1 . 26, "1/⟨n,R⟩ (footprint plane)";
+    HitAlong: "hit"."along"[2] Fixed signed 1 . 24, "⟨n,t1⟩ and ⟨n,t2⟩ (footprint plane)";
+    HitSlope: "hit"."slope"[2] Fixed signed 7 . 24, "⟨n,t1⟩/⟨n,R⟩ and ⟨n,t2⟩/⟨n,R⟩ (footprint plane)";
+    HitTangent: "hit"."tangent"[6] Fixed signed 7 . 24, "t1 then t2, moved along R onto the wall's plane (footprint plane)";
     CovK: "covariance"."k"[3] Block signed 2 . 28, "a, b, c of K = D Dᵀ + s² B'B'ᵀ with one even exponent";
     EigenRoot: "eigen"."root"[1] Fixed signed 3 . 28, "√((c−a)² + 4b²), at K's exponent";
     EigenSq: "eigen"."lambda_sq"[2] Fixed signed 3 . 28, "λ1², λ2², at K's exponent";
@@ -182,6 +182,12 @@ pub enum Event {
     InputNotFinite,
     /// A probe left the fragment's face and was looked up on another one.
     AddressOtherFace,
+    /// A cone's angle was beyond its format: ± the largest number was taken.
+    ConeAngleSaturated,
+    /// A cone's width was beyond its format: ± the largest number was taken.
+    ConeWidthSaturated,
+    /// A number of a cone was infinite or not a number: the largest finite number, or 0, was taken.
+    ConeNotFinite,
     /// A component of a ray was infinite or not a number: the largest finite number, or 0, was taken.
     HitNotFinite,
     /// R = 0: (0, 0, 1) was taken.
@@ -190,12 +196,6 @@ pub enum Event {
     HitNoPlane,
     /// A step went beyond the reference surface.
     HitOvershoot,
-    /// A cone's angle was beyond its format: ± the largest number was taken.
-    ConeAngleSaturated,
-    /// A cone's width was beyond its format: ± the largest number was taken.
-    ConeWidthSaturated,
-    /// A number of a cone was infinite or not a number: the largest finite number, or 0, was taken.
-    ConeNotFinite,
 }
 
 impl Event {
@@ -205,13 +205,13 @@ impl Event {
         Self::FaceZero,
         Self::InputNotFinite,
         Self::AddressOtherFace,
+        Self::ConeAngleSaturated,
+        Self::ConeWidthSaturated,
+        Self::ConeNotFinite,
         Self::HitNotFinite,
         Self::HitNoDirection,
         Self::HitNoPlane,
         Self::HitOvershoot,
-        Self::ConeAngleSaturated,
-        Self::ConeWidthSaturated,
-        Self::ConeNotFinite,
     ];
     /// How many there are.
     pub const COUNT: usize = Self::ALL.len();
@@ -224,13 +224,13 @@ impl Event {
             Self::FaceZero => "cube_face.zero",
             Self::InputNotFinite => "reflect.non_finite",
             Self::AddressOtherFace => "address.other_face",
+            Self::ConeAngleSaturated => "ray_cone.angle.saturated",
+            Self::ConeWidthSaturated => "ray_cone.width.saturated",
+            Self::ConeNotFinite => "ray_cone.non_finite",
             Self::HitNotFinite => "hit.non_finite",
             Self::HitNoDirection => "hit.no_direction",
             Self::HitNoPlane => "hit.no_plane",
             Self::HitOvershoot => "hit.overshoot",
-            Self::ConeAngleSaturated => "ray_cone.angle.saturated",
-            Self::ConeWidthSaturated => "ray_cone.width.saturated",
-            Self::ConeNotFinite => "ray_cone.non_finite",
         }
     }
 

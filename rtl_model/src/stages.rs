@@ -133,7 +133,8 @@ pub(crate) fn fits(reg: Reg, bits: u32) -> Result<(), ConfigError> {
     })
 }
 
-/// Where one lane's register writes go: its sticky flags and the tap.
+/// Where one lane's register writes go: its sticky flags and the tap. For stages that work on one
+/// fragment at a time; [`crate::lanes::LaneSink`] writes whole lane arrays.
 #[derive(Debug)]
 pub struct Sink<'a, T> {
     /// The lane.
@@ -161,6 +162,7 @@ impl<T: Tap> Sink<'_, T> {
 
     /// Writes `x` with a right shift that differs from fragment to fragment.
     #[inline(always)]
+    #[allow(dead_code, reason = "for stages that work on one lane at a time")]
     pub(crate) fn shift(
         &mut self,
         q: &Quantizer,
@@ -190,6 +192,7 @@ impl<T: Tap> Sink<'_, T> {
 
     /// Normalises into a block register.
     #[inline(always)]
+    #[allow(dead_code, reason = "for stages that work on one lane at a time")]
     pub(crate) fn block<const C: usize>(
         &mut self,
         q: &Quantizer,
@@ -206,13 +209,15 @@ impl<T: Tap> Sink<'_, T> {
     }
 }
 
-/// ⟨a, b⟩.
+/// ⟨a, b⟩ of one lane.
+#[allow(dead_code, reason = "for stages that work on one lane at a time")]
 #[inline(always)]
 pub(crate) fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// a × b.
+/// a × b of one lane.
+#[allow(dead_code, reason = "for stages that work on one lane at a time")]
 #[inline(always)]
 pub(crate) fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
     [
@@ -230,6 +235,13 @@ pub(crate) fn take<const N: usize, const C: usize>(lanes: &Lanes<N, C>, i: usize
         *o = lane[i];
     }
     out
+}
+
+/// One column of a matrix whose columns lie one after the other.
+#[inline(always)]
+pub(crate) fn column<const N: usize>(lanes: &Lanes<N, 6>, col: usize) -> &Lanes<N, 3> {
+    let (columns, _) = lanes.as_chunks();
+    columns.get(col).unwrap_or(&[[0; N]; 3])
 }
 
 /// Stores a vector into lane `i`.

@@ -4,12 +4,14 @@ use crate::regs::Reg;
 
 /// A listener to register writes.
 ///
-/// The type also says how much of the rounding circuit is compiled: where `STANDARD` is true, writes
-/// are compiled for registers that round half-even and saturate, and for no others. Only a unit whose
-/// every register does so ([`crate::Unit::is_standard`]) may be run with such a tap.
+/// The type also says how much of the arithmetic is compiled: where `STANDARD` is true, writes are
+/// compiled for registers that round half-even and saturate, and products for registers of at most 32
+/// bits. Only a unit that keeps to that ([`crate::Unit::is_standard`]) may be run with such a tap.
 pub trait Tap {
-    /// Whether every register rounds half-even and saturates.
+    /// Whether every register rounds half-even and saturates, and is narrow where products are compiled so.
     const STANDARD: bool = false;
+    /// Whether anybody listens; where false, `put` need not be called.
+    const ACTIVE: bool = true;
 
     /// One component of a register of one lane: value = `raw · 2^−frac` in true units, the
     /// pre-normalisation's powers of two included.
@@ -21,16 +23,19 @@ pub trait Tap {
 pub struct NoTap;
 
 impl Tap for NoTap {
+    const ACTIVE: bool = false;
+
     #[inline(always)]
     fn put(&mut self, _: usize, _: Reg, _: usize, _: i64, _: i64) {}
 }
 
-/// Nobody listens, and every register rounds half-even and saturates.
+/// Nobody listens, every register rounds half-even and saturates, and products are narrow.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoTapStandard;
 
 impl Tap for NoTapStandard {
     const STANDARD: bool = true;
+    const ACTIVE: bool = false;
 
     #[inline(always)]
     fn put(&mut self, _: usize, _: Reg, _: usize, _: i64, _: i64) {}

@@ -76,6 +76,39 @@ pub fn half_to_q24(word: u16) -> i64 {
     if e == 0 { m } else { (m | 0x400) << (e - 1) }
 }
 
+/// Bits of a packed channel's mantissa, which comes first, and of its shift.
+pub const PACKED_MANTISSA: u32 = 11;
+/// Bits of a packed channel's shift.
+pub const PACKED_SHIFT: u32 = 5;
+/// First bits of the channels of a packed texel.
+pub const PACKED_STARTS: [u32; 3] = [0, 24, 48];
+
+/// Three finite, non-negative binary16 words in one word of memory, each as its 11-bit mantissa and
+/// 5-bit shift: value = mantissa·2^shift·2^−24. As many bits as the halves, none of them lost.
+///
+/// 0x3c00 (1.0) is mantissa 0x400, shift 14: 0x7400.
+#[must_use]
+pub fn pack(halves: [u16; 3]) -> u64 {
+    let mut word = 0;
+    for (half, start) in halves.into_iter().zip(PACKED_STARTS) {
+        let e = u64::from(half >> 10) & 0x1f;
+        let normal = u64::from(e != 0);
+        let mantissa = u64::from(half & 0x3ff) | normal << 10;
+        word |= (mantissa | (e - normal) << PACKED_MANTISSA) << start;
+    }
+    word
+}
+
+/// The channels of a packed texel with 24 fraction bits: exact.
+#[must_use]
+pub fn unpack_q24(word: u64) -> [i64; 3] {
+    PACKED_STARTS.map(|start| {
+        let mantissa = (word >> start) & ((1 << PACKED_MANTISSA) - 1);
+        let shift = (word >> (start + PACKED_MANTISSA)) & ((1 << PACKED_SHIFT) - 1);
+        (mantissa << shift).cast_signed()
+    })
+}
+
 /// Three binary32 words as shared-exponent mantissas and exponent (EXT_texture_shared_exponent:
 /// ⌊x + ½⌋, not ties to even).
 #[must_use]
@@ -132,4 +165,21 @@ pub fn decode(config: &Config, words: [u32; 3]) -> [i64; 3] {
 #[must_use]
 pub fn keeps_half(config: &Config) -> bool {
     config.texel_format == TexelFormat::Half && config.texel_frac == 24 && config.texel_int >= 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_halves_keep_every_finite_value() {
+        assert_eq!(pack([0x3c00, 0, 0]), 0x7400);
+        for half in 0..0x7c00 {
+            for c in 0..3 {
+                let mut halves = [0x3555, 0x7bff, 0x0001];
+                halves[c] = half;
+                assert_eq!(unpack_q24(pack(halves)), halves.map(half_to_q24));
+            }
+        }
+    }
 }

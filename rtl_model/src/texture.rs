@@ -34,8 +34,8 @@ impl Level {
 /// Texel memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Texels {
-    /// binary16 words, decoded by the filter.
-    Half(Vec<[u16; 4]>),
+    /// Three packed binary16 words ([`texel::pack`]), decoded by the filter.
+    Half(Vec<u64>),
     /// Decoded texels.
     Wide(Vec<[i64; 4]>),
 }
@@ -45,7 +45,7 @@ pub enum Texels {
 pub struct Texture {
     /// Level 0 first.
     pub levels: Vec<Level>,
-    /// All texels; the fourth channel is 0.
+    /// All texels; the fourth channel of decoded ones is 0.
     pub texels: Texels,
 }
 
@@ -88,7 +88,7 @@ impl Texture {
         let keep = texel::keeps_half(config);
         if keep {
             wide = Vec::new();
-            half = vec![[0u16; 4]; total];
+            half = vec![0u64; total];
         }
         for (source, level) in sources.iter().zip(&levels) {
             let n = i64::try_from(source.size).unwrap_or(i64::MAX);
@@ -114,7 +114,7 @@ impl Texture {
                         if keep {
                             let halves = texels.map(|t| t.map(texel::to_half));
                             if let Some(slot) = half.get_mut(at) {
-                                *slot = mean_half(halves);
+                                *slot = texel::pack(mean_half(halves));
                             }
                         } else if let Some(slot) = wide.get_mut(at) {
                             *slot = mean_wide(texels.map(|t| texel::decode(config, t)));
@@ -137,7 +137,13 @@ impl Texture {
     #[must_use]
     pub fn widened(&self) -> Self {
         let texels = match &self.texels {
-            Texels::Half(half) => half.iter().map(|t| t.map(texel::half_to_q24)).collect(),
+            Texels::Half(half) => half
+                .iter()
+                .map(|t| {
+                    let [r, g, b] = texel::unpack_q24(*t);
+                    [r, g, b, 0]
+                })
+                .collect(),
             Texels::Wide(wide) => wide.clone(),
         };
         Self {
@@ -180,7 +186,7 @@ fn mean_wide(t: [[i64; 3]; 3]) -> [i64; 4] {
 }
 
 /// Mean of three halves, rounded to a half (ties to even).
-fn mean_half(t: [[u16; 3]; 3]) -> [u16; 4] {
+fn mean_half(t: [[u16; 3]; 3]) -> [u16; 3] {
     let mean = |c: usize| {
         let sum = t.map(|t| texel::half_to_q24(t[c])).into_iter().sum::<i64>();
         if t.iter().all(|h| h[c] == t[0][c]) {
@@ -189,7 +195,7 @@ fn mean_half(t: [[u16; 3]; 3]) -> [u16; 4] {
             third_to_half(sum.cast_unsigned())
         }
     };
-    [mean(0), mean(1), mean(2), 0]
+    [mean(0), mean(1), mean(2)]
 }
 
 /// sum/3 · 2^−24 as a half.

@@ -2,21 +2,20 @@
 
 mod block;
 mod hit;
+mod ports;
 mod run;
 
-pub use block::{Needs, Ports, Results, State, Words};
+pub use block::{Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
-use crate::fx::{Flags, Quantizer};
-use crate::port;
-use crate::regs::{Event, Reg};
+use crate::fx::Quantizer;
+use crate::regs::Reg;
 use crate::stages::jacobian::normal;
 use crate::stages::{
     Roms, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
-    reflect, roughness, store,
+    reflect, roughness,
 };
-use crate::tap::Tap;
 
 /// A unit compiled for a scene's needs and a face size.
 #[derive(Clone, Debug)]
@@ -63,6 +62,32 @@ fn check_ranges(config: &Config) -> Result<(), ConfigError> {
         });
     }
     Ok(())
+}
+
+/// Whether every product of the stages before `address` has operands of at most 32 bits with their sign.
+///
+/// Four inner products may be wider: where they are multiplied they are split.
+fn has_narrow_products(config: &Config) -> bool {
+    const SPLIT: [Reg; 4] = [
+        Reg::JacNIdotDn,
+        Reg::JacPerpDotE,
+        Reg::JacVdotDn,
+        Reg::JacNdotDn,
+    ];
+    // Factors that are doubled first.
+    const DOUBLED: [Reg; 3] = [Reg::ReflectV, Reg::ReflectN, Reg::ReflectNdotV];
+    let most = |reg: &Reg| if DOUBLED.contains(reg) { 30 } else { 31 };
+    Reg::ALL
+        .iter()
+        .filter(|reg| {
+            let stage = reg.info().stage;
+            // Of `hit`'s registers only the direction that is looked up goes through lanes.
+            // A step is multiplied by no stage before `address`.
+            let by_lanes = !["hit", "address", "filter"].contains(&stage) || **reg == Reg::HitTo;
+            let factor = **reg != Reg::FootStep;
+            by_lanes && factor && !SPLIT.contains(reg)
+        })
+        .all(|reg| config.format(*reg).magnitude_bits() <= most(reg))
 }
 
 impl Unit {
@@ -117,76 +142,8 @@ impl Unit {
             filter: filter::Cfg::new(config)?,
             bump_frac: i64::from(config.format(Reg::BumpN).frac),
             step_frac: i64::from(config.format(Reg::FootStep).frac),
-            standard: config.formats.iter().all(|f| Quantizer::is_standard(*f)),
+            standard: config.formats.iter().all(|f| Quantizer::is_standard(*f))
+                && has_narrow_products(config),
         })
-    }
-
-    /// Passes one fragment through the ports into lane `ports.len`, which must be below `N`.
-    #[inline(always)]
-    pub fn load<const N: usize, T: Tap>(&self, ports: &mut Ports<N>, words: &Words, tap: &mut T) {
-        let lane = ports.len;
-        if lane >= N {
-            return;
-        }
-        ports.len += 1;
-        let mut flags = Flags::default();
-        let mut all_finite = true;
-        let (v, finite) = port::vector(T::STANDARD, &self.reflect.v, words.v);
-        all_finite &= finite;
-        let width = |q: &Quantizer| i64::from(q.format.magnitude_bits()) - 1;
-        let v_exp = width(&self.reflect.v) - v.frac;
-        let (n_port, n_reg) = match &self.frame {
-            Some(frame) => (&frame.n, Reg::FrameN),
-            None => (&self.reflect.n, Reg::ReflectN),
-        };
-        let (n, finite) = port::vector(T::STANDARD, n_port, words.n);
-        all_finite &= finite;
-        let n_exp = width(n_port) - n.frac;
-        for c in 0..3 {
-            tap.put(lane, Reg::ReflectV, c, v.m[c], v.frac);
-            tap.put(lane, n_reg, c, n.m[c], n.frac);
-        }
-        store(&mut ports.v, lane, v.m);
-        store(&mut ports.n, lane, n.m);
-        ports.v_exp[lane] = v_exp;
-        ports.n_exp[lane] = n_exp;
-        let mut scalar = |q: &Quantizer, reg: Reg, c: usize, word: u64, exponent: i64| {
-            let (code, over, finite) = port::scalar(T::STANDARD, q, word, exponent);
-            flags.register(reg, over);
-            all_finite &= finite;
-            tap.put(lane, reg, c, code, i64::from(q.format.frac) - exponent);
-            code
-        };
-        for col in 0..2 {
-            let dv = [Reg::JacDvDx, Reg::JacDvDy][col];
-            let dn = [Reg::JacDnDx, Reg::JacDnDy][col];
-            for c in 0..3 {
-                ports.dv[3 * col + c][lane] =
-                    scalar(&self.jacobian.dv[col], dv, c, words.dv[col][c], v_exp);
-                ports.dn[3 * col + c][lane] =
-                    scalar(&self.normal.dn[col], dn, c, words.dn[col][c], n_exp);
-            }
-        }
-        if let Some(bump) = &self.bump {
-            for c in 0..2 {
-                ports.b[c][lane] = scalar(&bump.b, Reg::BumpB, c, words.b[c], 0);
-            }
-        }
-        if let Some(rough) = &self.roughness {
-            for c in 0..3 {
-                ports.d[c][lane] = scalar(&rough.d, Reg::RoughD, c, words.d[c], 0);
-            }
-        }
-        if let Some(frame) = &self.frame {
-            let (h, finite) = port::vector(T::STANDARD, &frame.h, words.h);
-            all_finite &= finite;
-            for c in 0..3 {
-                tap.put(lane, Reg::FrameH, c, h.m[c], h.frac);
-            }
-            store(&mut ports.h, lane, h.m);
-            ports.h_exp[lane] = width(&frame.h) - h.frac;
-        }
-        flags.event(Event::InputNotFinite, !all_finite);
-        ports.flags[lane] = flags;
     }
 }

@@ -1,11 +1,13 @@
 //! Flags that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::distance::Distance;
 use crate::error::InputError;
+use crate::image::load::LoadOptions;
+use crate::image::load_distance;
 use crate::settings::Settings;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
@@ -71,40 +73,59 @@ pub(super) struct SceneArgs {
     /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,
-    /// Distances from the reference point for `hit` lines: box:HX,HY,HZ or sphere:R.
+    /// Distances from the reference point for `hit` lines: box:HX,HY,HZ, sphere:R, or an EXR file
+    /// (FILE.exr:CHANNEL names a channel; else `distance`, `Z` or `A`).
     #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
     distance: Option<Option<String>>,
 }
 
 impl SceneArgs {
-    /// Refuses, in plain words, the flags of operations that are not built yet.
-    pub(super) fn refuse_later(&self) -> Result<(), InputError> {
-        if self.distance.is_some() {
-            return Err(InputError::new(
-                "--distance",
-                "a flag of this version",
-                "one that is not built yet",
-                "leave it out",
-            ));
+    /// Refuses `--distance` where nothing would read it.
+    pub(super) fn refuse_distance(&self) -> Result<(), InputError> {
+        if self.distance.is_none() {
+            return Ok(());
         }
-        Ok(())
+        Err(InputError::new(
+            "--distance",
+            "`trace` with `hit` lines beside it",
+            "a command whose scenes have no distances",
+            "leave it out",
+        ))
     }
 
-    /// The distance map that was named.
+    /// The distance map that was named: `box:…`, `sphere:…`, or an EXR file, `FILE.exr:CHANNEL` for one
+    /// of its channels.
     pub(super) fn distance(&self) -> Result<Option<Distance>, InputError> {
         let Some(text) = &self.distance else {
             return Ok(None);
         };
         let text = text.as_deref().unwrap_or("");
-        match Distance::analytic(text) {
-            Some(distance) => distance.map(Some),
-            None => Err(InputError::new(
-                "--distance",
-                "box:HX,HY,HZ or sphere:R",
-                format!("`{text}`"),
-                "files of distances are not read yet",
-            )),
+        if let Some(distance) = Distance::analytic(text) {
+            return distance.map(Some);
         }
+        if text.is_empty() {
+            return Err(InputError::new(
+                "--distance",
+                "box:HX,HY,HZ, sphere:R, or an EXR file with distances",
+                "nothing",
+                "write for instance --distance box:3,2,4",
+            ));
+        }
+        let (file, channel) = match text.rsplit_once(':') {
+            Some((file, channel)) if !Path::new(text).exists() && file.ends_with(".exr") => {
+                (file, Some(channel))
+            }
+            _ => (text, None),
+        };
+        let options = LoadOptions {
+            max_image_mb: self.max_image_mb,
+            face_size: None,
+        };
+        let (cube, cleaned) = load_distance(Path::new(file), channel, &options)?;
+        if let Some(note) = cleaned.note(file) {
+            super::note(&note);
+        }
+        Ok(Some(Distance::Cube(cube)))
     }
 }
 
@@ -171,7 +192,7 @@ impl RunArgs {
     }
 }
 
-fn size(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn size(text: &str) -> Result<(usize, usize), String> {
     let parse = |t: &str| t.parse::<usize>().ok().filter(|n| *n > 0);
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))

@@ -78,7 +78,7 @@ impl Results {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_later()?;
+    args.scene_args.refuse_distance()?;
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     let (rungs, skipped) = choose(&args.engines)?;

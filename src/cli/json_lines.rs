@@ -184,15 +184,21 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
         Some(op @ "tex") => {
             return wrong(
                 "op",
-                "\"env\" or \"hit\"",
+                "\"env\", \"hit\" or \"cone\"",
                 format!("\"{op}\", which this version does not build"),
             );
         }
-        Some(op) => return wrong("op", "\"env\" or \"hit\"", format!("\"{}\"", short(op))),
+        Some(op) => {
+            return wrong(
+                "op",
+                "\"env\", \"hit\" or \"cone\"",
+                format!("\"{}\"", short(op)),
+            );
+        }
         None => {
             return wrong(
                 "op",
-                "\"env\" or \"hit\"",
+                "\"env\", \"hit\" or \"cone\"",
                 find("op").map_or("nothing".into(), |v| short(v.get())),
             );
         }

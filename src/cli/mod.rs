@@ -8,6 +8,8 @@ mod compare_files;
 mod compare_tables;
 mod diff;
 mod diff_results;
+mod impostor;
+mod impostor_study;
 mod interrupt;
 mod json_lines;
 mod output;
@@ -110,8 +112,8 @@ enum Command {
     Study(Later),
     /// The smallest unit that a scene needs (not built yet).
     Size(Later),
-    /// Distance impostors (not built yet).
-    Impostor(Later),
+    /// Write a scene's distance impostor, or study what it is good for.
+    Impostor(impostor::Args),
     /// Conformance suites (not built yet).
     Conform(Later),
     /// Error budgets (not built yet).
@@ -156,7 +158,7 @@ pub fn run() -> ExitCode {
         Command::Vectors(rest) => later("vectors", rest),
         Command::Study(rest) => later("study", rest),
         Command::Size(rest) => later("size", rest),
-        Command::Impostor(rest) => later("impostor", rest),
+        Command::Impostor(args) => impostor::run(args),
         Command::Conform(rest) => later("conform", rest),
         Command::Budget(rest) => later("budget", rest),
         Command::Fingerprint(rest) => later("fingerprint", rest),

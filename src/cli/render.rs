@@ -42,7 +42,7 @@ enum Depth {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_later()?;
+    args.scene_args.refuse_distance()?;
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     if args.engine == Rung::Gpu {

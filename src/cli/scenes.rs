@@ -8,6 +8,7 @@ use serde_json::json;
 use super::Failure;
 use super::output::JsonTarget;
 use crate::scene::SCENES;
+use crate::scene::hit::HIT_SCENES;
 use crate::stage::Stage;
 
 #[derive(Debug, clap::Args)]
@@ -21,7 +22,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let target = JsonTarget::open(args.json.as_deref())?;
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
-        for scene in SCENES {
+        for scene in SCENES.iter().chain(HIT_SCENES) {
             writeln!(out, "{}: {}", scene.name, scene.description)?;
             writeln!(out, "    operations: {}", scene.operations.join(" "))?;
             let names: Vec<&str> = scene.stages.iter().map(|s| s.name()).collect();
@@ -32,16 +33,18 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                 .map(|s| s.name())
                 .collect();
             if !unused.is_empty() {
-                writeln!(
-                    out,
-                    "    not built: {} (with --bump they are)",
-                    unused.join(" ")
-                )?;
+                let with_bump = if scene.operations.contains(&"env") {
+                    " (with --bump they are)"
+                } else {
+                    ""
+                };
+                writeln!(out, "    not built: {}{with_bump}", unused.join(" "))?;
             }
         }
     }
     let list: Vec<_> = SCENES
         .iter()
+        .chain(HIT_SCENES)
         .map(|s| {
             let stages: Vec<&str> = s.stages.iter().map(|s| s.name()).collect();
             json!({"name": s.name, "description": s.description, "operations": s.operations, "stages": stages})

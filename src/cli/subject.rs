@@ -29,7 +29,6 @@ pub(super) fn load(
     args: &SceneArgs,
     settings: &Settings,
 ) -> Result<Subject, InputError> {
-    args.refuse_later()?;
     check_exposure(args.exposure)?;
     let bump = match &args.bump {
         None => None,

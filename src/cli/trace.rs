@@ -225,9 +225,6 @@ impl Tracer {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    if args.input.is_none() {
-        args.scene_args.refuse_later()?;
-    }
     args.run.prepare()?;
     if args.raw && args.engine == TraceEngine::F64 {
         return Err(InputError::new(

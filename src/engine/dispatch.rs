@@ -84,21 +84,42 @@ pub struct Blocks<'a, F> {
     pub each: F,
 }
 
-impl<F> Blocks<'_, F> {
+/// Blocks whose stages run side by side, so that a stage's code is fetched once for all of them.
+pub const GROUP: usize = 4;
+
+/// What a group of blocks passes through.
+struct Group {
+    ports: [Ports<LANES>; GROUP],
+    states: [State<LANES>; GROUP],
+    out: Results<LANES>,
+}
+
+impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
+    /// Runs a group.
     #[inline(always)]
-    fn block<T: Tap>(
-        &self,
-        words: &[Words],
-        ports: &mut Ports<LANES>,
-        state: &mut State<LANES>,
-        out: &mut Results<LANES>,
-        tap: &mut T,
-    ) {
-        ports.len = 0;
-        for words in words {
-            self.unit.load(ports, words, tap);
+    fn group<T: Tap>(&mut self, words: &[Words], group: &mut Group, tap: &mut T) {
+        let used = words.len().div_ceil(LANES).min(GROUP);
+        for (words, ports) in words.chunks(LANES).zip(&mut group.ports) {
+            ports.len = 0;
+            for words in words {
+                self.unit.load(ports, words);
+            }
         }
-        self.unit.env(ports, self.texture, state, out, tap);
+        let (ports, states) = (&group.ports[..used], &mut group.states[..used]);
+        self.unit.fronts(ports, states, tap);
+        for (ports, state) in ports.iter().zip(states) {
+            self.unit
+                .finish(state, ports.len, self.texture, &mut group.out, tap);
+            (self.each)(&group.out, ports.len);
+        }
+    }
+
+    /// A group on a unit with other roundings or wider registers: rarely run, and compiled without the
+    /// wider instructions to keep builds short.
+    #[cold]
+    #[inline(never)]
+    fn group_of_any_formats(&mut self, words: &[Words], group: &mut Group) {
+        self.group(words, group, &mut NoTap);
     }
 }
 
@@ -107,16 +128,17 @@ impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
 
     #[inline(always)]
     fn run(mut self) {
-        let mut state = State::<LANES>::default();
-        let mut out = Results::<LANES>::default();
-        let mut ports = Ports::<LANES>::default();
-        for words in self.words.chunks(LANES) {
+        let mut group = Box::new(Group {
+            ports: Default::default(),
+            states: Default::default(),
+            out: Results::default(),
+        });
+        for words in self.words.chunks(GROUP * LANES) {
             if self.unit.is_standard() {
-                self.block(words, &mut ports, &mut state, &mut out, &mut NoTapStandard);
+                self.group(words, &mut group, &mut NoTapStandard);
             } else {
-                self.block(words, &mut ports, &mut state, &mut out, &mut NoTap);
+                self.group_of_any_formats(words, &mut group);
             }
-            (self.each)(&out, words.len());
         }
     }
 }

@@ -146,7 +146,7 @@ pub fn rtl(
 ) -> RtlFragment {
     probe.clear();
     let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &encode::words(fragment), probe);
+    unit.load(&mut ports, &encode::words(fragment));
     let mut out = Results::<1>::default();
     let mut state = State::<1>::default();
     unit.env(&ports, texture, &mut state, &mut out, probe);

@@ -16,7 +16,7 @@ use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
 
 /// Blocks that one task of the thread pool takes at a time.
-const BLOCKS: usize = 16;
+const BLOCKS: usize = 32;
 
 /// The integer model with its textures.
 #[derive(Clone, Debug)]
@@ -46,25 +46,35 @@ impl RtlEngine {
     /// Filters fragments; colours as integers with the fraction bits of `filter.color`.
     #[must_use]
     pub fn filter(&self, words: &[Words], progress: Progress<'_>) -> Filtered {
+        let mut colors = vec![[0; 3]; words.len()];
         let parts: Vec<Filtered> = words
             .par_chunks(LANES * BLOCKS)
-            .map(|chunk| {
+            .zip(colors.par_chunks_mut(LANES * BLOCKS))
+            .map(|(chunk, colors)| {
                 let mut part = Filtered::default();
+                let mut colors = colors.iter_mut();
                 let blocks = Blocks {
                     unit: &self.unit,
                     words: chunk,
                     texture: Some(&self.texture),
-                    each: |out: &Results<LANES>, len| part.take(out, len),
+                    each: |out: &Results<LANES>, len| {
+                        for (color, to) in out.color[..len].iter().zip(&mut colors) {
+                            *to = *color;
+                        }
+                        part.count(out, len);
+                    },
                 };
                 dispatch::run(self.level, blocks);
                 progress(super::to_u64(chunk.len()));
                 part
             })
             .collect();
-        let mut whole = Filtered::default();
-        whole.colors.reserve(words.len());
-        for part in parts {
-            whole.append(part);
+        let mut whole = Filtered {
+            colors,
+            ..Filtered::default()
+        };
+        for part in &parts {
+            whole.add(part);
         }
         whole
     }
@@ -91,8 +101,7 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    fn take(&mut self, out: &Results<LANES>, len: usize) {
-        self.colors.extend_from_slice(&out.color[..len]);
+    fn count(&mut self, out: &Results<LANES>, len: usize) {
         for lane in 0..len {
             self.probes += out.probes[lane].unsigned_abs();
             self.texels += out.texels[lane];
@@ -100,8 +109,7 @@ impl Filtered {
         }
     }
 
-    fn append(&mut self, mut part: Self) {
-        self.colors.append(&mut part.colors);
+    fn add(&mut self, part: &Self) {
         self.probes += part.probes;
         self.texels += part.texels;
         self.flags.merge(&part.flags);

@@ -79,7 +79,7 @@ fn halve(source: &CubeLevel) -> CubeLevel {
     clippy::cast_possible_truncation,
     reason = "rounding to f32 is what this is for; means of f32 values stay in range"
 )]
-pub(super) fn narrow(value: f64) -> f32 {
+pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 

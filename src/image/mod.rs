@@ -13,6 +13,7 @@ mod ldr;
 mod radiance;
 mod resample;
 
+pub mod distance;
 pub mod layout;
 pub mod load;
 pub mod mips;
@@ -21,7 +22,9 @@ pub mod quiet;
 pub mod temporary;
 pub mod whole;
 pub mod write;
+pub mod write_planes;
 
+pub use distance::{CleanedDistances, load_distance};
 pub use load::{Cleaned, LoadOptions, load_environment, load_planar, load_planar_levels};
 pub use mips::build_mips;
 pub use planar::{EnvLayout, Planar};
@@ -29,3 +32,4 @@ pub(crate) use quiet::guarded;
 pub use quiet::install_quiet_panic_hook;
 pub use whole::WholeFile;
 pub use write::{Sample, write_exr, write_png};
+pub use write_planes::write_planes;

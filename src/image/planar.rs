@@ -47,6 +47,13 @@ impl Planar {
             .map(|(_, samples)| samples.as_slice())
     }
 
+    /// The channels' names for a message, the first twelve.
+    #[must_use]
+    pub fn channel_list(&self) -> String {
+        let names: Vec<&str> = self.channels.iter().map(|(n, _)| n.as_str()).collect();
+        list(&names)
+    }
+
     /// Finds the colour planes.
     ///
     /// `R G B` of the unnamed layer; else a lone `Y`, or a lone channel of any name beside alpha,

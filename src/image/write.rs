@@ -35,15 +35,7 @@ pub fn write_exr(
     attributes: &[(String, String)],
     sample: Sample,
 ) -> std::io::Result<()> {
-    let mut own = LayerAttributes::default();
-    for (name, value) in attributes {
-        let name = Text::new_or_none(name)
-            .filter(|_| (1..=255).contains(&name.len()))
-            .ok_or_else(|| invalid("attribute name"))?;
-        let value =
-            Text::from_bytes_unchecked(exr::prelude::SmallVec::from_slice(value.as_bytes()));
-        own.other.insert(name, AttributeValue::Text(value));
-    }
+    let own = own_attributes(attributes)?;
     let size = Vec2(picture.width, picture.height);
     if size.0 == 0 || size.1 == 0 || picture.rgb.len() != size.0 * size.1 {
         return Err(invalid("picture size"));
@@ -72,17 +64,31 @@ pub fn write_exr(
     target.write_all(&bytes)
 }
 
+/// String attributes as the writer takes them.
+pub(super) fn own_attributes(attributes: &[(String, String)]) -> std::io::Result<LayerAttributes> {
+    let mut own = LayerAttributes::default();
+    for (name, value) in attributes {
+        let name = Text::new_or_none(name)
+            .filter(|_| (1..=255).contains(&name.len()))
+            .ok_or_else(|| invalid("attribute name"))?;
+        let value =
+            Text::from_bytes_unchecked(exr::prelude::SmallVec::from_slice(value.as_bytes()));
+        own.other.insert(name, AttributeValue::Text(value));
+    }
+    Ok(own)
+}
+
 fn half(value: f64) -> f16 {
     f16::from_f64(value.clamp(-65504.0, 65504.0))
 }
 
-fn invalid(what: &str) -> Error {
+pub(super) fn invalid(what: &str) -> Error {
     Error::new(std::io::ErrorKind::InvalidInput, format!("invalid {what}"))
 }
 
 /// Puts the header's attributes in alphabetical order: the writer takes them from a hash map, whose
 /// order changes from run to run. The header keeps its length, so every offset stays right.
-fn sort_attributes(bytes: Vec<u8>) -> Vec<u8> {
+pub(super) fn sort_attributes(bytes: Vec<u8>) -> Vec<u8> {
     let Ok(raw) = scan(&bytes, "the written header") else {
         return bytes;
     };

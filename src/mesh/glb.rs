@@ -263,6 +263,9 @@ impl Reader<'_> {
             if accessor.offset().checked_add(inside)? > view.length() {
                 return None;
             }
+            if view.offset().checked_add(view.length())? > self.data.len() {
+                return None;
+            }
             let start = view.offset().checked_add(accessor.offset())?;
             self.data.get(start..start.checked_add(inside)?)
         })();

@@ -4,10 +4,12 @@ pub mod bump;
 pub mod bump_maps;
 pub mod dual;
 pub mod environment;
+pub mod hit;
 pub mod moments;
 pub mod pyramid;
 pub mod surface;
 mod views;
+pub mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -159,11 +161,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The stages that this scene needs: with a bump map all of them.
+    /// The stages that this scene needs: with a bump map those of roughness, too.
     #[must_use]
     pub fn stages(&self) -> &'static [Stage] {
         if self.surface.pyramid.is_some() {
-            &Stage::ALL
+            BUMPY
         } else {
             SMOOTH
         }
@@ -304,6 +306,14 @@ pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
 pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<Scene, InputError> {
     let Some(info) = SCENES.iter().find(|info| info.name == name) else {
         let names: Vec<_> = SCENES.iter().map(|info| info.name).collect();
+        if hit::is_hit_scene(name) {
+            return Err(InputError::new(
+                "scene",
+                format!("one of the ENV operation: {}", names.join(", ")),
+                format!("`{name}`, which needs the HIT operation"),
+                format!("`tapline impostor study {name}` measures it"),
+            ));
+        }
         return Err(InputError::new(
             "scene",
             format!("one of {}", names.join(", ")),
@@ -312,24 +322,8 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         ));
     };
     let SceneOptions { width, height, .. } = *options;
-    let side = 1..=MAX_SIDE;
-    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
-        return Err(InputError::new(
-            "picture size",
-            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
-            format!("{width}x{height}"),
-            "choose another --size",
-        ));
-    }
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
-    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
-        return Err(InputError::new(
-            "face size",
-            format!("1 to {MAX_FACE_SIZE} texels"),
-            face_size.to_string(),
-            "choose another --face-size",
-        ));
-    }
+    check_size(width, height, face_size)?;
     let map = match &options.bump {
         Some(source) => Some(BumpMap::new(source)?),
         None => match info.name {
@@ -399,6 +393,28 @@ fn mesh_for(
         ));
     }
     Ok((mesh, repairs.note(&subject)))
+}
+
+/// Refuses pictures and procedural environments without texels or too large for memory.
+fn check_size(width: usize, height: usize, face_size: usize) -> Result<(), InputError> {
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PIXELS {
+        return Err(InputError::new(
+            "picture size",
+            format!("1 to {MAX_SIDE} pixels a side, {MAX_PIXELS} in all"),
+            format!("{width}x{height}"),
+            "choose another --size",
+        ));
+    }
+    if !(1..=MAX_FACE_SIZE).contains(&face_size) {
+        return Err(InputError::new(
+            "face size",
+            format!("1 to {MAX_FACE_SIZE} texels"),
+            face_size.to_string(),
+            "choose another --face-size",
+        ));
+    }
+    Ok(())
 }
 
 /// The fragments of every pixel whose centre meets the surface, row by row.

@@ -203,6 +203,48 @@ impl UnitSpec {
             false,
             "fraction bits of a decoded texel",
         );
+        add(
+            "cone.format",
+            text(c.cone.format.name()),
+            &names(ConeFormat::ALL, ConeFormat::name),
+            false,
+            "format of a ray cone's angle and width",
+        );
+        add(
+            "cone.rounding",
+            text(c.cone.rounding.name()),
+            &names(StoreRounding::ALL, StoreRounding::name),
+            false,
+            "rounding of a ray cone's stores",
+        );
+        add(
+            "cone.lane_order",
+            text(c.cone.order.name()),
+            &names(LaneOrder::ALL, LaneOrder::name),
+            true,
+            "which half of a packed cone is its angle",
+        );
+        add(
+            "cone.seed",
+            int(c.cone.seed),
+            "0…4294967295",
+            false,
+            "seed of stochastic stores",
+        );
+        add(
+            "cone.rules",
+            text(c.cone.rules.name()),
+            &names(ConeRules::ALL, ConeRules::name),
+            true,
+            "formulas of the note or OptiX Toolkit's code",
+        );
+        add(
+            "cone.set_diffuse",
+            text(c.cone.set_diffuse.name()),
+            &names(SetDiffuse::ALL, SetDiffuse::name),
+            true,
+            "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
+        );
         let hit = &c.hit;
         add(
             "hit.iterations",
@@ -245,48 +287,6 @@ impl UnitSpec {
             &names(Outside::ALL, Outside::name),
             true,
             "what becomes of a ray that starts outside of the reference surface",
-        );
-        add(
-            "cone.format",
-            text(c.cone.format.name()),
-            &names(ConeFormat::ALL, ConeFormat::name),
-            false,
-            "format of a ray cone's angle and width",
-        );
-        add(
-            "cone.rounding",
-            text(c.cone.rounding.name()),
-            &names(StoreRounding::ALL, StoreRounding::name),
-            false,
-            "rounding of a ray cone's stores",
-        );
-        add(
-            "cone.lane_order",
-            text(c.cone.order.name()),
-            &names(LaneOrder::ALL, LaneOrder::name),
-            true,
-            "which half of a packed cone is its angle",
-        );
-        add(
-            "cone.seed",
-            int(c.cone.seed),
-            "0…4294967295",
-            false,
-            "seed of stochastic stores",
-        );
-        add(
-            "cone.rules",
-            text(c.cone.rules.name()),
-            &names(ConeRules::ALL, ConeRules::name),
-            true,
-            "formulas of the note or OptiX Toolkit's code",
-        );
-        add(
-            "cone.set_diffuse",
-            text(c.cone.set_diffuse.name()),
-            &names(SetDiffuse::ALL, SetDiffuse::name),
-            true,
-            "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
         );
         let rotation = self.rotation.unwrap_or(IDENTITY);
         add(

@@ -1,8 +1,9 @@
 //! Ray cones: formats, stores and operations, against `half`, doubles and exact fractions.
 #![expect(
     clippy::unwrap_used,
+    clippy::float_cmp,
     clippy::cast_possible_truncation,
-    reason = "tests: a failure is the message, and codes are cut on purpose"
+    reason = "tests: a failure is the message, results are exact codes, and codes are cut on purpose"
 )]
 
 mod formats;

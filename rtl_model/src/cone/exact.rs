@@ -266,7 +266,7 @@ impl Sum {
             negative: self.negative != divisor.negative,
             m: m / d,
             e: self.e - i64::from(shift) - divisor.e,
-            sticky: self.sticky || m % d != 0,
+            sticky: self.sticky || !m.is_multiple_of(d),
         }
     }
 

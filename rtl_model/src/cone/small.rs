@@ -97,7 +97,7 @@ impl SmallFloat {
         let biased = magnitude >> self.mantissa_bits;
         let fraction = magnitude & (hidden - 1);
         let normal = u32::from(biased != 0);
-        let m = fraction | normal * hidden;
+        let m = fraction | (normal * hidden);
         let e = i64::from(biased.max(1)) - 1 + self.lowest_exponent();
         (Dyadic::new(negative, m.into(), e), finite)
     }

@@ -24,6 +24,54 @@ pub struct Quantizer {
     min: i64,
     max: i64,
     wrap_shift: u32,
+    /// What writes of whole lane arrays use.
+    pub(crate) lanes: LaneRounding,
+}
+
+/// The part of a register write that needs no case: half-even rounding by a shift that does not lose
+/// everything, and whether the result is in range. Registers that need more pass their input through and
+/// count as out of range, so that [`Quantizer::write`] settles them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LaneRounding {
+    /// Right shift, 2^(shift − 1) − 1, and 1 where ties must see the last bit kept.
+    pub(crate) down: i64,
+    pub(crate) low: i64,
+    pub(crate) odd: i64,
+    /// y is in range where (y + bias) has none of the bits of `beyond`.
+    pub(crate) bias: i64,
+    pub(crate) beyond: i64,
+}
+
+impl LaneRounding {
+    fn new(format: Format, down: i64) -> Self {
+        if !Quantizer::is_standard(format) || !(0..=62).contains(&down) {
+            return Self {
+                down: 0,
+                low: 0,
+                odd: 0,
+                bias: 0,
+                beyond: -1,
+            };
+        }
+        Self {
+            down,
+            low: ((1 << down) - 1) >> 1,
+            odd: i64::from(down > 0),
+            bias: -format.min_raw(),
+            beyond: !(format.max_raw() - format.min_raw()),
+        }
+    }
+
+    /// Whether the register's writes need [`Quantizer::write`] in every case.
+    pub(crate) const fn passes_through(&self) -> bool {
+        self.beyond == -1
+    }
+
+    /// x rounded to LSBs, or x.
+    #[inline(always)]
+    pub(crate) fn round(&self, x: i64) -> i64 {
+        (x + self.low + ((x >> self.down) & self.odd)) >> self.down
+    }
 }
 
 impl Quantizer {
@@ -59,6 +107,7 @@ impl Quantizer {
             min: format.min_raw(),
             max: format.max_raw(),
             wrap_shift: 64 - format.width(),
+            lanes: LaneRounding::new(format, down),
         }
     }
 

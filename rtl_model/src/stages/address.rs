@@ -4,6 +4,8 @@
 //! border of one (edge texels from the neighbours, corners the mean of the other three), so that a
 //! bilinear footprint is always two rows of two texels.
 
+pub mod lanes;
+
 use super::cube_face::{components, direction, select};
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
@@ -24,6 +26,7 @@ pub struct Cfg {
     s_shift: [i64; 2],
     weight_shift: i64,
     weight_bits: i64,
+    lanes: Option<lanes::Lanes>,
 }
 
 /// The probe line of one fragment.
@@ -99,6 +102,7 @@ impl Cfg {
             ],
             weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
             weight_bits: i64::from(config.weight_bits),
+            lanes: lanes::Lanes::new(config, common),
         })
     }
 

@@ -1,8 +1,9 @@
 //! `bump`: n_mod = n + b1 e1 + b2 e2 (Schilling, before eq. 4).
 
-use super::{Lanes, Sink, block_frac, fits, frac, int, store, take};
+use super::{Lanes, block_frac, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, mul};
 use crate::regs::Reg;
 use crate::tap::Tap;
 
@@ -75,19 +76,23 @@ pub fn bump<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let n = take(input.n, lane);
-        let [e1, e2] = [take(input.e1, lane), take(input.e2, lane)];
-        let [b1, b2] = take(input.b, lane);
-        let mut n_mod = [0; 3];
-        for (i, o) in n_mod.iter_mut().enumerate() {
-            let sum = (n[i] << cfg.lift_n)
-                + ((b1 * e1[i]) << cfg.lift[0])
-                + ((b2 * e2[i]) << cfg.lift[1]);
-            *o = sink.write(&cfg.n_mod, Reg::BumpN, i, sum, input.n_exp[lane]);
-        }
-        store(&mut out.n_mod, lane, n_mod);
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let [b1, b2] = input.b;
+    let (lift_n, lift) = (cfg.lift_n, cfg.lift);
+    for c in 0..3 {
+        let (n, e1, e2) = (&input.n[c], &input.e1[c], &input.e2[c]);
+        let sum = |i: usize| {
+            (n[i] << lift_n)
+                + (mul::<T>(b1[i], e1[i]) << lift[0])
+                + (mul::<T>(b2[i], e2[i]) << lift[1])
+        };
+        sink.write(
+            &cfg.n_mod,
+            Reg::BumpN,
+            c,
+            sum,
+            |i| input.n_exp[i],
+            &mut out.n_mod[c],
+        );
     }
 }

@@ -5,7 +5,8 @@
 
 use super::{Lanes, bits, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer, block};
+use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, each, fill, leading_zeros, mantissas, mul};
 use crate::policy::Axis;
 use crate::regs::Reg;
 use crate::tap::Tap;
@@ -98,34 +99,61 @@ pub fn covariance<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let width = i64::from(cfg.k.format.magnitude_bits());
-    for lane in 0..flags.len().min(N) {
-        let [ux, uy, vx, vy] = take(input.d, lane);
-        let mut a = (ux * ux + uy * uy) << cfg.lift[0];
-        let mut b = (ux * vx + uy * vy) << cfg.lift[0];
-        let mut c = (vx * vx + vy * vy) << cfg.lift[0];
-        if let Some(rough) = input.b {
-            let [b11, b12, b21, b22] = take(rough, lane);
-            a += (b11 * b11 + b12 * b12) << cfg.lift[1];
-            b += (b11 * b21 + b12 * b22) << cfg.lift[1];
-            c += (b21 * b21 + b22 * b22) << cfg.lift[1];
-        }
-        let top = block::top_bit(&[a, c]);
-        let shift = if top < 0 { 0 } else { top + 1 - width };
-        // An even exponent against the nominal scale: K's root has a whole one.
-        let shift = shift + ((cfg.exact_frac - shift + cfg.parity) & 1);
-        let k = block::shifted(T::STANDARD, &cfg.k, &[a, b, c], cfg.exact_frac, shift);
-        for (i, m) in k.m.iter().enumerate() {
-            tap.put(lane, Reg::CovK, i, *m, k.frac);
-        }
-        store(&mut out.k, lane, k.m);
-        out.frac[lane] = k.frac;
-        if cfg.longest {
-            let (column, sq) = longest(cfg, input, lane);
-            store(&mut out.longest, lane, column);
-            out.longest_sq[lane] = cfg.k.round(sq, shift).clamp(0, cfg.k.format.max_raw());
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let mut sum = squares::<N, T>(lanes, input.d, cfg.lift[0]);
+    if let Some(rough) = input.b {
+        let more = squares::<N, T>(lanes, rough, cfg.lift[1]);
+        for (sum, more) in sum.iter_mut().zip(&more) {
+            *sum = each(lanes, |i| sum[i] + more[i]);
         }
     }
+    let width = i64::from(cfg.k.format.magnitude_bits());
+    let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
+    let shift: [i64; N] = each(lanes, |i| {
+        let shift = if zeros[i] == 64 {
+            0
+        } else {
+            64 - zeros[i] - width
+        };
+        // An even exponent against the nominal scale: K's root has a whole one.
+        shift + ((cfg.exact_frac - shift + cfg.parity) & 1)
+    });
+    mantissas(lanes, &cfg.k, &sum, |i| 63 - width - shift[i], &mut out.k);
+    fill(lanes, &mut out.frac, |i| cfg.exact_frac - shift[i]);
+    for (c, k) in out.k.iter().enumerate() {
+        sink.put(Reg::CovK, c, k, |i| out.frac[i]);
+    }
+    if cfg.longest {
+        for lane in 0..lanes {
+            let (column, sq) = longest(cfg, input, lane);
+            store(&mut out.longest, lane, column);
+            out.longest_sq[lane] = cfg
+                .k
+                .round(sq, shift[lane])
+                .clamp(0, cfg.k.format.max_raw());
+        }
+    }
+}
+
+/// The products of a matrix's rows: a, b, c of X Xᵀ.
+#[inline(always)]
+fn squares<const N: usize, T: Tap>(
+    lanes: usize,
+    [ux, uy, vx, vy]: &Lanes<N, 4>,
+    lift: i64,
+) -> Lanes<N, 3> {
+    [
+        each(lanes, |i| {
+            (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift
+        }),
+        each(lanes, |i| {
+            (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift
+        }),
+        each(lanes, |i| {
+            (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift
+        }),
+    ]
 }
 
 /// The longest column of [D s·B'] and its squared length; the first on ties.

@@ -3,11 +3,14 @@
 //! (sc, tc, ma) as in Vulkan; on equal magnitudes z wins over y wins over x. The zero vector gives
 //! +z, u = v = 0 and the event `cube_face.zero`.
 
-use super::{Lanes, Roms, Sink, bits, dot, fits, frac, take};
+use core::array;
+
+use super::{Lanes, Roms, bits, fits, frac, take};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, dot, fill, mantissa, mul};
 use crate::regs::{Event, Reg};
-use crate::tables::rom::{PORT_FRAC, mantissa};
+use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
 /// Per face: (axis, negated) of sc, tc and ma, order +X −X +Y −Y +Z −Z.
@@ -39,6 +42,32 @@ pub fn select([x, y, z]: [i64; 3]) -> usize {
 #[must_use]
 pub fn components(face: usize, d: [i64; 3]) -> [i64; 3] {
     FACES[face].map(|(axis, negative)| if negative { -d[axis] } else { d[axis] })
+}
+
+/// [`components`] of every lane, without a look-up that depends on the face.
+#[inline(always)]
+pub(crate) fn components_lanes<const N: usize>(
+    lanes: usize,
+    face: &[usize; N],
+    d: &Lanes<N, 3>,
+) -> Lanes<N, 3> {
+    let [mut sc, mut tc, mut ma] = [[0; N]; 3];
+    for i in 0..lanes.min(N) {
+        let [x, y, z] = take(d, i);
+        // All ones on the faces of an axis, and where |ma| is the negative component.
+        let negative = -i64::from(face[i] & 1 == 1);
+        let (on_x, on_y) = (-i64::from(face[i] < 2), -i64::from(face[i] & !1 == 2));
+        let on_z = !(on_x | on_y);
+        let flip = |value: i64, sign: i64| (value ^ sign) - sign;
+        ma[i] = flip((x & on_x) | (y & on_y) | (z & on_z), negative);
+        // sc: −z, z, x, x, x, −x; tc: −y, −y, z, −z, −y, −y.
+        sc[i] = flip(
+            (z & on_x) | (x & !on_x),
+            (!negative & on_x) | (negative & on_z),
+        );
+        tc[i] = flip((z & on_y) | (y & !on_y), (negative & on_y) | !on_y);
+    }
+    [sc, tc, ma]
 }
 
 /// The direction of (sc, tc, |ma|) on a face.
@@ -140,50 +169,62 @@ pub fn cube_face<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let mut d = take(input.v_r, lane);
-        let mut d_frac = input.v_r_frac[lane];
-        let exp = input.exp[lane];
-        if let Some(a) = &cfg.rotation {
-            let sum = a.map(|row| dot(row, d));
-            let rotated = sink.block(
-                &cfg.rotated,
-                Reg::FaceRotated,
-                &sum,
-                d_frac + i64::from(ROTATION_FRAC),
-                exp,
-            );
-            d = rotated.m;
-            d_frac = rotated.frac;
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let exp = |i: usize| input.exp[i];
+    let (mut d, mut d_frac) = (*input.v_r, *input.v_r_frac);
+    if let Some(a) = &cfg.rotation {
+        let mut sum = [[0; N]; 3];
+        for (sum, row) in sum.iter_mut().zip(a) {
+            fill(lanes, sum, |i| dot::<T>(*row, take(input.v_r, i)));
         }
-        let face = select(d);
-        let [sc, tc, ma] = components(face, d);
-        let zero = ma == 0;
-        sink.flags.event(Event::FaceZero, zero);
-        // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
-        let (m, e) = mantissa(ma.max(1));
-        let inv_frac = i64::from(PORT_FRAC) + e - d_frac;
-        let y = if zero { 0 } else { roms.recip.recip(m) };
-        let inv = sink.block(&cfg.inv_ma, Reg::FaceInvMa, &[y], inv_frac, -exp);
-        let mut uv = [0; 2];
-        for (i, (q, reg, s)) in [(&cfg.u, Reg::FaceU, sc), (&cfg.v, Reg::FaceV, tc)]
-            .into_iter()
-            .enumerate()
-        {
-            let f = i64::from(q.format.frac);
-            let one = 1i64 << f;
-            // |sc| ≤ |ma|: a table error must not leave the face.
-            let (code, over) = q.write_as(T::STANDARD, s * inv.m[0], d_frac + inv.frac - f);
-            uv[i] = code.clamp(-one, one);
-            sink.flags.register(reg, over && code.abs() < one);
-            sink.tap.put(lane, reg, 0, uv[i], f);
-        }
-        out.face[lane] = face;
-        out.zero[lane] = zero;
-        out.inv_ma[lane] = inv.m[0];
-        out.inv_ma_frac[lane] = inv.frac;
-        [out.u[lane], out.v[lane]] = uv;
+        let sum_frac = |i: usize| input.v_r_frac[i] + i64::from(ROTATION_FRAC);
+        let rotated = (&mut d, &mut d_frac);
+        sink.block(&cfg.rotated, Reg::FaceRotated, &sum, sum_frac, exp, rotated);
+    }
+    for i in 0..lanes.min(N) {
+        out.face[i] = select(take(&d, i));
+    }
+    let [sc, tc, ma] = components_lanes(lanes, &out.face, &d);
+    for i in 0..lanes.min(N) {
+        out.zero[i] = ma[i] == 0;
+    }
+    sink.event(Event::FaceZero, &out.zero);
+    // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
+    let [mut m, mut e, mut y] = [[0; N]; 3];
+    mantissa(lanes, |i| ma[i].max(1), &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
+    for i in 0..lanes.min(N) {
+        y[i] = if ma[i] == 0 { 0 } else { y[i] };
+    }
+    let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
+    let inv = (array::from_mut(&mut out.inv_ma), &mut out.inv_ma_frac);
+    sink.block(
+        &cfg.inv_ma,
+        Reg::FaceInvMa,
+        &[y],
+        inv_frac,
+        |i| -exp(i),
+        inv,
+    );
+    for (q, reg, side, uv) in [
+        (&cfg.u, Reg::FaceU, &sc, &mut out.u),
+        (&cfg.v, Reg::FaceV, &tc, &mut out.v),
+    ] {
+        let f = i64::from(q.format.frac);
+        let one = 1i64 << f;
+        // |sc| ≤ |ma|: a table error must not leave the face.
+        let shift = Shift::new(lanes, q, |i| d_frac[i] + out.inv_ma_frac[i] - f);
+        let mut code = [0; N];
+        sink.shift_code(
+            q,
+            reg,
+            &shift,
+            one,
+            |i| mul::<T>(side[i], out.inv_ma[i]),
+            &mut code,
+        );
+        fill(lanes, uv, |i| code[i].clamp(-one, one));
+        sink.put(reg, 0, uv, |_| f);
     }
 }

@@ -3,13 +3,14 @@
 //! λ² = ½(a + c ± √((c−a)² + 4b²)); tan 2α = 2b/(c−a); r1 = (cos α, −sin α) is the major axis where
 //! c − a < 0, r2 = (sin α, cos α) elsewhere. K isotropic: axis (1, 0).
 
-use super::{Lanes, Roms, Sink, bits, fits, frac, int, store, take};
+use super::{Lanes, Roms, bits, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer, block};
+use crate::lanes::{LaneSink, Shift, each, mantissa, mantissa4, mul, mul_unsigned};
 use crate::policy::{Axis, Minor};
 use crate::regs::Reg;
 use crate::tables::angle::BOUNDARY_FRAC;
-use crate::tables::rom::{mantissa, mantissa4};
+use crate::tables::rom;
 use crate::tap::Tap;
 
 const P: i64 = 30;
@@ -100,30 +101,33 @@ impl Cfg {
         })
     }
 
-    /// √x of a code with `x_frac` fraction bits, times 2^−30: (mantissa, right shift to an integer
-    /// with 0 fraction bits).
+    /// √x of codes with `x_frac` fraction bits, times 2^−30: mantissas, and right shifts to integers
+    /// with 0 fraction bits.
     #[inline(always)]
-    fn sqrt(roms: &Roms, x: i64, x_frac: i64) -> (i64, i64) {
+    fn sqrt<const N: usize, T: Tap>(
+        lanes: usize,
+        roms: &Roms,
+        x: &[i64; N],
+        x_frac: i64,
+        y: &mut [i64; N],
+        down: &mut [i64; N],
+    ) {
         let odd = x_frac & 1;
-        let (m, q) = mantissa4((x << odd).max(1));
-        let y = if x <= 0 {
-            0
-        } else {
-            roms.sqrt.sqrt(m, &roms.rsqrt)
-        };
-        (y, P - q + ((x_frac + odd) >> 1))
+        let mut m = [0; N];
+        mantissa4(lanes, |i| (x[i] << odd).max(1), &mut m, down);
+        roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, y);
+        for i in 0..lanes.min(N) {
+            y[i] = if x[i] <= 0 { 0 } else { y[i] };
+            down[i] = P - down[i] + ((x_frac + odd) >> 1);
+        }
     }
 
-    /// cos and sin (sign applied) of α from the table, with the fraction bits of `self.axis`.
-    #[inline(always)]
-    fn table(roms: &Roms, two_b: i64, diff: i64) -> (i64, i64) {
+    /// cos and sin of |α| between two entries of the table, with 30 fraction bits more than an entry.
+    #[cold]
+    #[inline(never)]
+    fn interpolated(roms: &Roms, t: i64, d: i64, k: usize) -> (i64, i64) {
         let rom = &roms.angle;
-        let (t, d) = (two_b.abs(), diff.abs());
-        let k = rom.index(t, d);
         let (cos, sin) = rom.angles.get(k).copied().unwrap_or((1, 0));
-        if rom.spec.order == 0 {
-            return (cos, sin);
-        }
         let (cos, sin) = (cos << P, sin << P);
         let Some(&(next_cos, next_sin)) = rom.angles.get(k + 1) else {
             return (cos, sin);
@@ -132,8 +136,8 @@ impl Cfg {
         let theta = rom.doubled.get(k).copied().unwrap_or((1, 0));
         let num = (t * theta.0 - d * theta.1).max(0);
         let den = t * theta.1 + d * theta.0;
-        let (m, e) = mantissa(den.max(1));
-        let (n, n_e) = mantissa(num.max(1));
+        let (m, e) = rom::mantissa(den.max(1));
+        let (n, n_e) = rom::mantissa(num.max(1));
         let n = if num == 0 { 0 } else { n };
         // n·2^(n_e − 30) · y·2^(−30 − e) · cot·2^−(B − 8), as a fraction of 30 bits.
         let ratio = (n * roms.recip.recip(m)) >> P;
@@ -145,23 +149,25 @@ impl Cfg {
         )
     }
 
-    /// The direction (x, y), normalised through the reciprocal root.
-    #[inline(always)]
-    fn unit<T: Tap>(&self, sink: &mut Sink<'_, T>, roms: &Roms, xy: [i64; 2]) -> [i64; 2] {
+    /// The direction (x, y), normalised through the reciprocal root: (x, y) and the right shift to the
+    /// register; (1, 0) for no direction.
+    #[cold]
+    #[inline(never)]
+    fn unit(&self, roms: &Roms, xy: [i64; 2]) -> ([i64; 2], i64) {
+        let frac = i64::from(self.axis_exact.format.frac);
+        if xy == [0, 0] {
+            return ([1, 0], -frac);
+        }
         let shift = (block::top_bit(&xy) + 1 - P).max(0);
-        let [x, y] = xy.map(|c| c >> shift);
-        let (m, q) = mantissa4((x * x + y * y).max(1));
+        let (x, y) = (xy[0] >> shift, xy[1] >> shift);
+        let (m, q) = rom::mantissa4((x * x + y * y).max(1));
         let r = roms.rsqrt.rsqrt(m);
-        let down = P + q - i64::from(self.axis_exact.format.frac);
-        let [x, y] = if x < 0 || (x == 0 && y < 0) {
-            [-x, -y]
+        let (x, y) = if x < 0 || (x == 0 && y < 0) {
+            (-x, -y)
         } else {
-            [x, y]
+            (x, y)
         };
-        [
-            sink.shift(&self.axis_exact, Reg::EigenAxis, 0, x * r, down, 0),
-            sink.shift(&self.axis_exact, Reg::EigenAxis, 1, y * r, down, 0),
-        ]
+        ([x * r, y * r], P + q - frac)
     }
 }
 
@@ -175,92 +181,180 @@ pub fn eigen<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let [a, b, c] = &input.covariance.k;
+    // K = mantissa·2^−k_frac·4^exp, λ = nominal·2^exp.
+    out.exp = each(lanes, |i| (cfg.k_frac - input.covariance.frac[i]) >> 1);
+    let exp = &out.exp;
+    let diff: [i64; N] = each(lanes, |i| c[i] - a[i]);
+    let two_b: [i64; N] = each(lanes, |i| 2 * b[i]);
+
+    let square = each(lanes, |i| {
+        mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i])
+    });
+    let [mut y, mut down] = [[0; N]; 2];
+    Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac, &mut y, &mut down);
     let root_frac = i64::from(cfg.root.format.frac);
+    let shift = Shift::new(lanes, &cfg.root, |i| down[i] - root_frac);
+    let twice = |i: usize| 2 * exp[i];
+    let mut root = [0; N];
+    sink.shift(
+        &cfg.root,
+        Reg::EigenRoot,
+        0,
+        &shift,
+        |i| y[i],
+        twice,
+        &mut root,
+    );
+    let spread: [i64; N] = each(lanes, |i| root[i] << cfg.lift[1]);
+    let longer = cfg.policy == Axis::LongerDerivative;
+    let (q, sq) = if longer {
+        let major = &input.covariance.longest_sq;
+        let minor = each(lanes, |i| (a[i] + c[i] - major[i]).max(0));
+        (&cfg.sq_from_k, [*major, minor])
+    } else {
+        let sum = |i: usize| (a[i] + c[i]) << cfg.lift[0];
+        let major = each(lanes, |i| sum(i) + spread[i]);
+        (
+            &cfg.sq,
+            [major, each(lanes, |i| (sum(i) - spread[i]).max(0))],
+        )
+    };
     let lambda_frac = i64::from(cfg.lambda.format.frac);
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let [a, b, c] = take(&input.covariance.k, lane);
-        // K = mantissa·2^−k_frac·4^exp, λ = nominal·2^exp.
-        let exp = (cfg.k_frac - input.covariance.frac[lane]) >> 1;
-        let diff = c - a;
-        let two_b = 2 * b;
-
-        let square = diff * diff + two_b * two_b;
-        let (y, down) = Cfg::sqrt(roms, square, 2 * cfg.k_frac);
-        let root = sink.shift(&cfg.root, Reg::EigenRoot, 0, y, down - root_frac, 2 * exp);
-        let sum = (a + c) << cfg.lift[0];
-        let spread = root << cfg.lift[1];
-        let longer = cfg.policy == Axis::LongerDerivative;
-        let sq = if longer {
-            let major = input.covariance.longest_sq[lane];
-            [major, (a + c - major).max(0)].map(|x| (x, &cfg.sq_from_k))
+    for (k, exact) in sq.iter().enumerate() {
+        let mut sq = [0; N];
+        sink.write(q, Reg::EigenSq, k, |i| exact[i], twice, &mut sq);
+        if k == 1 && cfg.minor == Minor::Det && !longer {
+            let major = &out.lambda[0];
+            minor_by_det::<N, T>(lanes, cfg, roms, [a, b, c], major, &mut y, &mut down);
         } else {
-            [(sum + spread, &cfg.sq), ((sum - spread).max(0), &cfg.sq)]
-        };
-        let mut lambda = [0; 2];
-        for (i, (x, q)) in sq.into_iter().enumerate() {
-            let sq = sink.write(q, Reg::EigenSq, i, x, 2 * exp);
-            let (mut y, mut down) = Cfg::sqrt(roms, sq, i64::from(q.format.frac));
-            if i == 1 && cfg.minor == Minor::Det && !longer {
-                (y, down) = minor_by_det(cfg, roms, [a, b, c], lambda[0]);
-            }
-            lambda[i] = sink.shift(&cfg.lambda, Reg::EigenLambda, i, y, down - lambda_frac, exp);
+            let sq_frac = i64::from(q.format.frac);
+            Cfg::sqrt::<N, T>(lanes, roms, &sq, sq_frac, &mut y, &mut down);
         }
+        let shift = Shift::new(lanes, &cfg.lambda, |i| down[i] - lambda_frac);
+        let exp = |i: usize| exp[i];
+        sink.shift(
+            &cfg.lambda,
+            Reg::EigenLambda,
+            k,
+            &shift,
+            |i| y[i],
+            exp,
+            &mut out.lambda[k],
+        );
+    }
 
-        let axis = match cfg.policy {
-            Axis::EigenTable if two_b == 0 && diff == 0 => unit_x(cfg, &mut sink),
-            Axis::EigenTable => {
-                let (cos, sin) = Cfg::table(roms, two_b, diff);
-                let sin = if (two_b < 0) == (diff < 0) { sin } else { -sin };
-                // A zero 2b counts as positive on both sides.
-                let sin = if two_b == 0 { sin.abs() } else { sin };
-                let [x, y] = if diff < 0 { [cos, -sin] } else { [sin, cos] };
-                let [x, y] = if x < 0 || (x == 0 && y < 0) {
-                    [-x, -y]
-                } else {
-                    [x, y]
-                };
-                [
-                    sink.write(&cfg.axis, Reg::EigenAxis, 0, x, 0),
-                    sink.write(&cfg.axis, Reg::EigenAxis, 1, y, 0),
-                ]
-            }
-            Axis::EigenExact if two_b == 0 && diff == 0 => unit_x(cfg, &mut sink),
-            Axis::EigenExact => {
-                // 2(λ1² − smaller of a, c) = |c − a| + root; the other component is 2b.
-                let p = (diff.abs() << cfg.lift[0]) + spread;
-                let q = two_b << cfg.lift[0];
-                cfg.unit(&mut sink, roms, if diff < 0 { [p, q] } else { [q, p] })
-            }
-            Axis::LongerDerivative => match take(&input.covariance.longest, lane) {
-                [0, 0] => unit_x(cfg, &mut sink),
-                column => cfg.unit(&mut sink, roms, column),
-            },
+    if cfg.policy == Axis::EigenTable {
+        let axis = table_axis::<N, T>(lanes, roms, &two_b, &diff);
+        for (c, axis) in axis.iter().enumerate() {
+            sink.write(
+                &cfg.axis,
+                Reg::EigenAxis,
+                c,
+                |i| axis[i],
+                |_| 0,
+                &mut out.axis[c],
+            );
+        }
+        return;
+    }
+    let (mut axis, mut down) = ([[0; N]; 2], [0; N]);
+    for i in 0..lanes.min(N) {
+        let direction = if longer {
+            take(&input.covariance.longest, i)
+        } else if two_b[i] == 0 && diff[i] == 0 {
+            [0, 0]
+        } else {
+            // 2(λ1² − smaller of a, c) = |c − a| + root; the other component is 2b.
+            let p = (diff[i].abs() << cfg.lift[0]) + spread[i];
+            let q = two_b[i] << cfg.lift[0];
+            if diff[i] < 0 { [p, q] } else { [q, p] }
         };
-        store(&mut out.lambda, lane, lambda);
-        out.exp[lane] = exp;
-        store(&mut out.axis, lane, axis);
+        let (unit, shift) = cfg.unit(roms, direction);
+        store(&mut axis, i, unit);
+        down[i] = shift;
+    }
+    let shift = Shift::new(lanes, &cfg.axis_exact, |i| down[i]);
+    for (c, axis) in axis.iter().enumerate() {
+        sink.shift(
+            &cfg.axis_exact,
+            Reg::EigenAxis,
+            c,
+            &shift,
+            |i| axis[i],
+            |_| 0,
+            &mut out.axis[c],
+        );
     }
 }
 
-/// (1, 0).
+/// Axes from the table, with its fraction bits; (1, 0) where K is isotropic.
 #[inline(always)]
-fn unit_x<T: Tap>(cfg: &Cfg, sink: &mut Sink<'_, T>) -> [i64; 2] {
-    let one = -i64::from(cfg.axis_exact.format.frac);
-    [
-        sink.shift(&cfg.axis_exact, Reg::EigenAxis, 0, 1, one, 0),
-        sink.shift(&cfg.axis_exact, Reg::EigenAxis, 1, 0, 0, 0),
-    ]
+fn table_axis<const N: usize, T: Tap>(
+    lanes: usize,
+    roms: &Roms,
+    two_b: &[i64; N],
+    diff: &[i64; N],
+) -> Lanes<N, 2> {
+    let (t, d) = (
+        each(lanes, |i| two_b[i].abs()),
+        each(lanes, |i| diff[i].abs()),
+    );
+    let bin = roms.angle.indices::<N, T>(lanes, &t, &d);
+    let (mut cos, mut sin) = ([0; N], [0; N]);
+    for i in 0..lanes.min(N) {
+        (cos[i], sin[i]) = roms.angle.angles.get(bin[i]).copied().unwrap_or((1, 0));
+    }
+    if roms.angle.spec.order != 0 {
+        for i in 0..lanes.min(N) {
+            (cos[i], sin[i]) = Cfg::interpolated(roms, t[i], d[i], bin[i]);
+        }
+    }
+    let one = 1i64 << roms.angle.value_frac();
+    let mut out = [[0; N]; 2];
+    for i in 0..lanes.min(N) {
+        let isotropic = two_b[i] == 0 && diff[i] == 0;
+        // A zero 2b counts as positive on both sides.
+        let same = (two_b[i] < 0) == (diff[i] < 0);
+        let signed = if same { sin[i] } else { -sin[i] };
+        let sin = if two_b[i] == 0 { sin[i].abs() } else { signed };
+        let (x, y) = if diff[i] < 0 {
+            (cos[i], -sin)
+        } else {
+            (sin, cos[i])
+        };
+        let flip = x < 0 || (x == 0 && y < 0);
+        let (x, y) = if flip { (-x, -y) } else { (x, y) };
+        out[0][i] = if isotropic { one } else { x };
+        out[1][i] = if isotropic { 0 } else { y };
+    }
+    out
 }
 
-/// λ2 = √(ac − b²)/λ1 as (mantissa, right shift to an integer without fraction bits).
+/// λ2 = √(ac − b²)/λ1 as mantissas and right shifts to integers without fraction bits.
 #[inline(always)]
-fn minor_by_det(cfg: &Cfg, roms: &Roms, [a, b, c]: [i64; 3], lambda1: i64) -> (i64, i64) {
-    let det = (a * c - b * b).max(0);
-    let (root, down) = Cfg::sqrt(roms, det, 2 * cfg.k_frac);
-    let (m, e) = mantissa(lambda1.max(1));
-    let y = roms.recip.recip(m);
+fn minor_by_det<const N: usize, T: Tap>(
+    lanes: usize,
+    cfg: &Cfg,
+    roms: &Roms,
+    [a, b, c]: [&[i64; N]; 3],
+    lambda1: &[i64; N],
+    y: &mut [i64; N],
+    down: &mut [i64; N],
+) {
+    let det = each(lanes, |i| {
+        (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0)
+    });
+    let [mut root, mut m, mut e] = [[0; N]; 3];
+    Cfg::sqrt::<N, T>(lanes, roms, &det, 2 * cfg.k_frac, &mut root, down);
+    mantissa(lanes, |i| lambda1[i].max(1), &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, y);
     // root·2^−down · y·2^−30 · 2^(λ_frac − e)
-    (root * y, down + P + e - i64::from(cfg.lambda.format.frac))
+    let fixed = P - i64::from(cfg.lambda.format.frac);
+    for i in 0..lanes.min(N) {
+        y[i] = mul_unsigned::<T>(root[i], y[i]);
+        down[i] += fixed + e[i];
+    }
 }

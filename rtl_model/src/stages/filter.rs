@@ -10,19 +10,19 @@ pub mod weights;
 use alloc::vec::Vec;
 
 use self::rows::Rows as _;
-use super::address::{self, Taps};
+use super::address;
+use super::address::lanes::Walk;
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
 use crate::policy::{Count, Weights};
 use crate::regs::Reg;
 use crate::tap::Tap;
-use crate::texture::{Level, Texels, Texture};
+use crate::texture::{Texels, Texture};
 
 /// Compiled configuration.
 #[derive(Clone, Debug)]
 pub struct Cfg {
-    weight_bits: i64,
     lod_shift: i64,
     lod_frac: i64,
     lod_bits: i64,
@@ -56,8 +56,11 @@ pub struct Out {
     pub texels: u64,
 }
 
-/// Sums of one level: RGB and an unused channel.
-pub type Sums = [i64; 4];
+/// Footprints that are addressed and filtered at a time: a vector of 64-bit lanes under AVX2.
+pub const FOOTPRINTS: usize = 4;
+
+/// Sums of one level.
+type Sums = [i64; 3];
 
 impl Cfg {
     /// Compiles and checks the stage.
@@ -118,7 +121,6 @@ impl Cfg {
             i64::from(config.probe_weight_bits)
         };
         Ok(Self {
-            weight_bits,
             lod_shift: lod_frac - lod_bits,
             lod_frac,
             lod_bits,
@@ -158,7 +160,7 @@ impl Cfg {
     fn finish(
         &self,
         standard: bool,
-        sums: &[Accumulator; 2],
+        total: impl Fn(usize, usize) -> i128,
         lod_weight: i64,
         count: i64,
         flags: &mut Flags,
@@ -171,17 +173,19 @@ impl Cfg {
             .copied()
             .unwrap_or(u64::MAX);
         let mut out = [0; 3];
+        let mut over_any = false;
         for (c, o) in out.iter_mut().enumerate() {
-            let [a, b] = [&sums[0], &sums[1]].map(|s| s.total(c));
-            let sum = (a << self.lod_bits) + (b - a) * i128::from(lod_weight);
+            let sum = total(0, c) * i128::from((1 << self.lod_bits) - lod_weight)
+                + total(1, c) * i128::from(lod_weight);
             // One guard bit below the register's LSB, then a sticky one.
             let (quotient, sticky) = self.divide(sum, divisor, inv);
             let (code, over) =
                 self.color
                     .write_as(standard, (quotient << 1) | i64::from(sticky), 2);
-            flags.register(Reg::FilterColor, over);
+            over_any |= over;
             *o = code;
         }
+        flags.register(Reg::FilterColor, over_any);
         out
     }
 
@@ -270,47 +274,83 @@ fn probes<R: rows::Rows, T: Tap>(
     input: &In,
     sink: &mut Sink<'_, T>,
 ) -> Out {
-    let last = texture.levels.len().saturating_sub(1);
-    let (first, lod_weight) = cfg.level(input.lod, last);
-    let levels = if lod_weight == 0 { 1 } else { 2 };
+    let (mut walk, lod_weight) = walk(cfg, address_cfg, texture, input);
+    let two = usize::from(lod_weight != 0);
+    let exact = cfg.bilinear.is_none() && cfg.weights.is_empty();
+    let mut lanes = [[0u64; FOOTPRINTS]; 3];
     let mut sums = [Accumulator::default(); 2];
-    for k in 0..input.line.count {
-        let probe = address::address(address_cfg, roms, &input.line, k, sink);
-        let index = usize::try_from(k).unwrap_or(0);
-        for (l, into) in sums.iter_mut().enumerate().take(levels) {
-            let level = &texture.levels[first + l];
-            let size = i64::try_from(level.size).unwrap_or(1);
-            let taps = address_cfg.taps(&probe, size, 4 * index + 2 * l, sink);
-            let sum = bilinear(cfg, &rows, level, probe.face, &taps);
-            accumulate(
-                cfg,
-                (input.line.count, k),
-                into,
-                sum,
-                6 * index + 3 * l,
-                sink,
-            );
+    let mut k = 0;
+    while k < input.line.count {
+        let at = walk.next(roms, k, sink);
+        let bilinear = rows.sums(&at);
+        if exact {
+            // Box weights: every lane adds up its own probes.
+            for (total, sum) in lanes.iter_mut().zip(&bilinear) {
+                for (total, sum) in total.iter_mut().zip(sum) {
+                    *total += sum;
+                }
+            }
         }
+        for lane in 0..at.len.min(FOOTPRINTS) {
+            let (probe, level) = (lane >> two, lane & two);
+            let index = usize::try_from(k).unwrap_or(0) + probe;
+            let sum = [0, 1, 2].map(|c| bilinear[c][lane].cast_signed());
+            let component = 6 * index + 3 * level;
+            if exact {
+                put(cfg, &sum, component, sink);
+            } else {
+                let k = k + i64::try_from(probe).unwrap_or(0);
+                let place = (input.line.count, k);
+                accumulate(cfg, place, &mut sums[level], sum, component, sink);
+            }
+        }
+        k += walk.probes();
     }
-    let color = cfg.finish(T::STANDARD, &sums, lod_weight, input.line.count, sink.flags);
+    let (standard, count) = (T::STANDARD, input.line.count);
+    let color = if exact {
+        let mut totals = [[0; 3]; 2];
+        for (c, lanes) in lanes.iter().enumerate() {
+            let [even, odd] = [0, 1].map(|l| lanes.iter().skip(l).step_by(2).sum::<u64>());
+            let first = if two == 0 { even + odd } else { even };
+            totals[0][c] = first.cast_signed();
+            totals[1][c] = odd.cast_signed();
+        }
+        let total = |l: usize, c: usize| i128::from(totals[l][c]);
+        cfg.finish(standard, total, lod_weight, count, sink.flags)
+    } else {
+        let total = |l: usize, c: usize| sums[l].total(c);
+        cfg.finish(standard, total, lod_weight, count, sink.flags)
+    };
     for (c, code) in color.iter().enumerate() {
-        sink.tap.put(
-            sink.lane,
-            Reg::FilterColor,
-            c,
-            *code,
-            i64::from(cfg.color.format.frac),
-        );
+        let frac = i64::from(cfg.color.format.frac);
+        sink.tap.put(sink.lane, Reg::FilterColor, c, *code, frac);
     }
-    let per_probe = 4 * u64::try_from(levels).unwrap_or(0);
     Out {
         color,
-        texels: per_probe * input.line.count.unsigned_abs(),
+        texels: count.unsigned_abs() << (2 + two),
     }
 }
 
+/// Set-up of a fragment: its footprints and the weight of its second level.
+#[inline(always)]
+fn walk<'a>(
+    cfg: &Cfg,
+    address_cfg: &'a address::Cfg,
+    texture: &'a Texture,
+    input: &'a In,
+) -> (Walk<'a, FOOTPRINTS>, i64) {
+    let last = texture.levels.len().saturating_sub(1);
+    let (first, lod_weight) = cfg.level(input.lod, last);
+    let both = lod_weight != 0;
+    let levels = [first, first + usize::from(both)].map(|level| &texture.levels[level]);
+    (
+        Walk::new(address_cfg, &input.line, levels, both),
+        lod_weight,
+    )
+}
+
 /// The same set-up, addresses and texel reads as [`filter`] without its arithmetic: a wrapping sum of
-/// the words read.
+/// the words read and the weights found.
 #[inline(always)]
 pub fn touch<T: Tap>(
     cfg: &Cfg,
@@ -320,35 +360,29 @@ pub fn touch<T: Tap>(
     input: &In,
     sink: &mut Sink<'_, T>,
 ) -> u64 {
-    let last = texture.levels.len().saturating_sub(1);
-    let (first, lod_weight) = cfg.level(input.lod, last);
-    let levels = if lod_weight == 0 { 1 } else { 2 };
+    let (mut walk, _) = walk(cfg, address_cfg, texture, input);
     let mut sum = 0u64;
-    for k in 0..input.line.count {
-        let probe = address::address(address_cfg, roms, &input.line, k, sink);
-        for level in texture.levels.iter().skip(first).take(levels) {
-            let size = i64::try_from(level.size).unwrap_or(1);
-            let taps = address_cfg.taps(&probe, size, 0, sink);
-            let at = level.index(probe.face, taps.corner[0], taps.corner[1]);
-            sum = sum.wrapping_add((taps.weight[0] ^ taps.weight[1]).cast_unsigned());
-            sum = sum.wrapping_add(match &texture.texels {
-                Texels::Half(t) => rows::Half(t).touch(at, at + level.stride),
-                Texels::Wide(t) => rows::Wide(t).touch(at, at + level.stride),
-            });
+    let mut k = 0;
+    while k < input.line.count {
+        let at = walk.next(roms, k, sink);
+        for weight in at.weight.iter().flatten() {
+            sum = sum.wrapping_add(*weight);
         }
+        sum = sum.wrapping_add(match &texture.texels {
+            Texels::Half(t) => rows::Half(t).touch(&at),
+            Texels::Wide(t) => rows::Wide(t).touch(&at),
+        });
+        k += walk.probes();
     }
     sum
 }
 
-/// Exact bilinear sums of one probe in one level: `texel_frac + 2·weight_bits` fraction bits.
 #[inline(always)]
-fn bilinear<R: rows::Rows>(cfg: &Cfg, rows: &R, level: &Level, face: usize, taps: &Taps) -> Sums {
-    let at = level.index(face, taps.corner[0], taps.corner[1]);
-    let one = 1i64 << cfg.weight_bits;
-    let [x, y] = taps.weight;
-    let upper = [(one - x) * (one - y), x * (one - y)];
-    let lower = [(one - x) * y, x * y];
-    rows.sum(at, upper, at + level.stride, lower)
+fn put<T: Tap>(cfg: &Cfg, sum: &Sums, component: usize, sink: &mut Sink<'_, T>) {
+    for (c, s) in sum.iter().enumerate() {
+        let (reg, frac) = (Reg::FilterBilinear, cfg.sum_frac);
+        sink.tap.put(sink.lane, reg, component + c, *s, frac);
+    }
 }
 
 #[inline(always)]
@@ -361,21 +395,13 @@ fn accumulate<T: Tap>(
     sink: &mut Sink<'_, T>,
 ) {
     if let Some(q) = &cfg.bilinear {
-        for s in sum.iter_mut().take(3) {
+        for s in &mut sum {
             let (code, over) = q.write(*s);
             sink.flags.register(Reg::FilterBilinear, over);
             *s = code;
         }
     }
-    for (c, s) in sum.iter().take(3).enumerate() {
-        sink.tap.put(
-            sink.lane,
-            Reg::FilterBilinear,
-            component + c,
-            *s,
-            cfg.sum_frac,
-        );
-    }
+    put(cfg, &sum, component, sink);
     if cfg.weights.is_empty() {
         for (a, s) in into.low.iter_mut().zip(sum) {
             *a += s;

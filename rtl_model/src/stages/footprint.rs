@@ -6,12 +6,13 @@
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Lanes, Roms, Sink, bits, fits, frac, int, store, take};
+use super::{Lanes, Roms, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, each, mantissa, mul};
 use crate::policy::Count;
 use crate::regs::Reg;
-use crate::tables::rom::{PORT_FRAC, mantissa};
+use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
 /// Most probes that the filter's accumulators have room for.
@@ -139,7 +140,7 @@ impl Cfg {
             size,
             last_level,
             length: q(Reg::FootLength, 0),
-            width: q(Reg::FootWidth, 0),
+            width: q(Reg::FootWidth, f(Reg::FootLength) + 8),
             cap_numerator,
             cap_denominator,
             lod: q(Reg::FootLod, i64::from(PORT_FRAC)),
@@ -153,39 +154,66 @@ impl Cfg {
         })
     }
 
+    /// M/max with eight guard bits and a sticky one, to be rounded by the register.
+    #[inline(always)]
+    fn caps<const N: usize, T: Tap>(&self, lanes: usize, length: &[i64; N]) -> [i64; N] {
+        let (numerator, denominator) = (self.cap_numerator, self.cap_denominator);
+        if T::STANDARD && denominator.count_ones() == 1 {
+            // No register of such a unit wraps to a negative length.
+            let bits = denominator.ilog2();
+            return each(lanes, |i| {
+                let cap = (length[i] * numerator) << 8;
+                (cap >> bits) | i64::from(cap & (denominator - 1) != 0)
+            });
+        }
+        each(lanes, |i| {
+            let cap = (length[i] * numerator) << 8;
+            (cap / denominator) | i64::from(cap % denominator != 0)
+        })
+    }
+
     /// How often M exceeds the rule's multiples of m, plus one: the count before `pow2` rounds it.
     ///
-    /// The condition for "more than n probes" is A·M > (B·n + C)·m, or ≥ where the rule has it.
+    /// The condition for "more than n probes" is A·M > (B·n + C)·m, or ≥ where the rule has it; A and B
+    /// are powers of two, so that the multiples are sums of shifted m.
     #[inline(always)]
-    fn count(&self, length: i64, width: i64) -> i64 {
+    fn counts<const N: usize>(
+        &self,
+        lanes: usize,
+        length: &[i64; N],
+        width: &[i64; N],
+    ) -> [i64; N] {
         let (scale, per, offset, or_equal) = match self.rule {
             // M/m − 2⁻⁸ > n
-            Count::Ceil | Count::Pow2 => (256, 256, 1, 0),
+            Count::Ceil | Count::Pow2 => (8, 8, 1, 0),
             // M/m + ½ ≥ n + 1
-            Count::Round => (2, 2, 1, 1),
+            Count::Round => (1, 1, 1, 1),
             // 2M/m − ½ ≥ n + 1
-            Count::Feline => (4, 2, 3, 1),
+            Count::Feline => (2, 1, 3, 1),
         };
-        let left = scale * length + or_equal;
-        let mut n = 0;
-        let mut bit = i64::from(MAX_PROBES);
-        while bit > 0 {
-            let more = n + bit;
-            if more < self.max && left > (per * more + offset) * width {
-                n = more;
+        let max = self.max;
+        let mut out = each(lanes, |i| {
+            let left = (length[i] << scale) + or_equal;
+            let m = width[i];
+            let (mut n, mut multiple) = (0, m + if offset == 3 { 2 * m } else { 0 });
+            for k in (0..6).rev() {
+                let (more, larger) = (n + (1 << k), multiple + (m << (per + k)));
+                let passed = more < max && left > larger;
+                n = if passed { more } else { n };
+                multiple = if passed { larger } else { multiple };
             }
-            bit >>= 1;
-        }
-        let count = n + 1;
+            n + 1
+        });
         if self.rule == Count::Pow2 {
-            count
-                .cast_unsigned()
-                .next_power_of_two()
-                .cast_signed()
-                .min(self.cap_denominator)
-        } else {
-            count
+            for count in &mut out[..lanes] {
+                *count = count
+                    .cast_unsigned()
+                    .next_power_of_two()
+                    .cast_signed()
+                    .min(self.cap_denominator);
+            }
         }
+        out
     }
 }
 
@@ -201,73 +229,92 @@ pub fn footprint<const N: usize, T: Tap>(
 ) {
     let length_frac = i64::from(cfg.length.format.frac);
     let width_frac = i64::from(cfg.width.format.frac);
-    let lambda_frac = cfg.lambda_frac;
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let lambda = take(&input.eigen.lambda, lane);
-        let axis = take(&input.eigen.axis, lane);
-        // λ = code · 2^−scale.
-        let scale = lambda_frac - input.eigen.exp[lane];
-        let length = sink.shift(
-            &cfg.length,
-            Reg::FootLength,
-            0,
-            lambda[0] * cfg.size,
-            scale + 1 - length_frac,
-            0,
-        );
-        let (minor, over) =
-            cfg.width
-                .write_as(T::STANDARD, lambda[1] * cfg.size, scale + 1 - width_frac);
-        sink.flags.register(Reg::FootWidth, over);
-        // M/max with eight guard bits and a sticky one, rounded by the register.
-        let cap = (length * cfg.cap_numerator) << 8;
-        let sticky = i64::from(cap % cfg.cap_denominator != 0);
-        let cap = (cap / cfg.cap_denominator) | sticky;
-        let (cap, over) = cfg
-            .width
-            .write_as(T::STANDARD, cap, 8 + length_frac - width_frac);
-        sink.flags.register(Reg::FootWidth, over);
-        let width = minor.max(cap).max(1 << width_frac);
-        sink.tap.put(lane, Reg::FootWidth, 0, width, width_frac);
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let ([major, minor], axis) = (&input.eigen.lambda, &input.eigen.axis);
+    // λ = code · 2^−scale.
+    let scale = |i: usize| cfg.lambda_frac - input.eigen.exp[i];
+    let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
+    let product = |i: usize| mul::<T>(major[i], cfg.size);
+    let mut length = [0; N];
+    sink.shift(
+        &cfg.length,
+        Reg::FootLength,
+        0,
+        &shift,
+        product,
+        |_| 0,
+        &mut length,
+    );
+    let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
+    let product = |i: usize| mul::<T>(minor[i], cfg.size);
+    let mut minor = [0; N];
+    sink.shift_code(
+        &cfg.width,
+        Reg::FootWidth,
+        &shift,
+        i64::MAX,
+        product,
+        &mut minor,
+    );
+    let exact = cfg.caps::<N, T>(lanes, &length);
+    let mut caps = [0; N];
+    sink.code(&cfg.width, Reg::FootWidth, |i| exact[i], &mut caps);
+    let width = each(lanes, |i| minor[i].max(caps[i]).max(1 << width_frac));
+    sink.put(Reg::FootWidth, 0, &width, |_| width_frac);
 
-        let common = length_frac.max(width_frac);
-        let count = cfg.count(
-            length << (common - length_frac),
-            width << (common - width_frac),
-        );
+    let common = length_frac.max(width_frac);
+    out.count = cfg.counts(
+        lanes,
+        &each(lanes, |i| length[i] << (common - length_frac)),
+        &each(lanes, |i| width[i] << (common - width_frac)),
+    );
 
-        let (m, e) = mantissa(width.max(1));
-        let log = ((e - width_frac) << PORT_FRAC) + roms.log2.log2(m);
-        let log = log.clamp(0, cfg.last_level << PORT_FRAC);
-        let lod = sink.write(&cfg.lod, Reg::FootLod, 0, log, 0);
+    let [mut m, mut e, mut log] = [[0; N]; 3];
+    mantissa(lanes, |i| width[i].max(1), &mut m, &mut e);
+    roms.log2.log2_lanes::<N, T>(lanes, &m, &mut log);
+    let most = cfg.last_level << PORT_FRAC;
+    let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
+    sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0, &mut out.lod);
 
-        let inv = cfg
-            .inv_count
-            .get(usize::try_from(count).unwrap_or(0))
-            .copied()
-            .unwrap_or(0);
-        let feline = (cfg.rule == Count::Feline).then(|| {
-            // 2(λ1 − m·2/N) in u, v; end points included.
-            let major = line_code(lambda[0], scale);
-            let body = (width * cfg.two_over_n) >> width_frac;
-            2 * (major - body).max(0)
-        });
-        let mut step = [0; 2];
-        for (i, s) in step.iter_mut().enumerate() {
-            let line = match feline {
-                None => {
-                    let down = scale + cfg.axis_frac - i64::from(cfg.line.format.frac);
-                    sink.shift(&cfg.line, Reg::FootLine, i, lambda[0] * axis[i], down, 0)
-                }
-                Some(line) => sink.write(&cfg.line_feline, Reg::FootLine, i, line * axis[i], 0),
-            };
-            *s = sink.write(&cfg.step, Reg::FootStep, i, line * inv, 0);
+    let mut inv = [0; N];
+    for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
+        let at = usize::try_from(*count).unwrap_or(0);
+        *inv = cfg.inv_count.get(at).copied().unwrap_or(0);
+    }
+    let lines = if cfg.rule == Count::Feline {
+        // 2(λ1 − m·2/N) in u, v; end points included.
+        let mut body = [0; N];
+        for i in 0..lanes.min(N) {
+            let width = (width[i] * cfg.two_over_n) >> width_frac;
+            body[i] = 2 * (line_code(major[i], scale(i)) - width).max(0);
         }
-        out.count[lane] = count;
-        out.lod[lane] = lod;
-        store(&mut out.step, lane, step);
+        let q = &cfg.line_feline;
+        let mut lines = [[0; N]; 2];
+        for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
+            sink.write(q, Reg::FootLine, c, |i| body[i] * axis[i], |_| 0, line);
+        }
+        lines
+    } else {
+        let fixed = cfg.axis_frac - i64::from(cfg.line.format.frac);
+        let shift = Shift::new(lanes, &cfg.line, |i| scale(i) + fixed);
+        let mut lines = [[0; N]; 2];
+        for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
+            let product = |i: usize| mul::<T>(major[i], axis[i]);
+            sink.shift(&cfg.line, Reg::FootLine, c, &shift, product, |_| 0, line);
+        }
+        lines
+    };
+    for (c, line) in lines.iter().enumerate() {
+        let product = |i: usize| mul::<T>(line[i], inv[i]);
+        sink.write(
+            &cfg.step,
+            Reg::FootStep,
+            c,
+            product,
+            |_| 0,
+            &mut out.step[c],
+        );
     }
 }
 

@@ -5,10 +5,11 @@
 
 pub mod normal;
 
-use super::cube_face::components;
-use super::{Lanes, Sink, bits, block_frac, dot, fits, frac, int, store, take};
+use super::cube_face::components_lanes;
+use super::{Lanes, bits, block_frac, column, fits, frac, int, take};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, dot, each, mul, mul_wide};
 use crate::regs::Reg;
 use crate::tap::Tap;
 
@@ -34,7 +35,7 @@ pub struct Project {
     rotation: Option<[[i64; 3]; 3]>,
     rotated: Quantizer,
     uv_lift: [i64; 2],
-    one: [i64; 2],
+    one_bits: i64,
 }
 
 impl Project {
@@ -58,7 +59,7 @@ impl Project {
                 frac(config, reg) + i64::from(ROTATION_FRAC),
             ),
             uv_lift: uv.map(|f| common - f),
-            one: [1 << common; 2],
+            one_bits: common,
         })
     }
 
@@ -70,34 +71,45 @@ impl Project {
 
     /// A·t, written to the register of t again; t as it is without a rotation.
     #[inline(always)]
-    pub(crate) fn rotate<T: Tap>(
+    pub(crate) fn rotate<const N: usize, T: Tap>(
         &self,
-        sink: &mut Sink<'_, T>,
+        sink: &mut LaneSink<'_, N, T>,
         reg: Reg,
         first: usize,
-        t: [i64; 3],
-        exponent: i64,
-    ) -> [i64; 3] {
-        match &self.rotation {
-            None => t,
-            Some(a) => {
-                let mut out = [0; 3];
-                for (i, row) in a.iter().enumerate() {
-                    out[i] = sink.write(&self.rotated, reg, first + i, dot(*row, t), exponent);
-                }
-                out
-            }
+        t: Lanes<N, 3>,
+        exponent: impl Fn(usize) -> i64 + Copy,
+    ) -> Lanes<N, 3> {
+        let Some(a) = &self.rotation else { return t };
+        let mut out = [[0; N]; 3];
+        for c in 0..3 {
+            let sum = |i: usize| dot::<T>(a[c], take(&t, i));
+            sink.write(&self.rotated, reg, first + c, sum, exponent, &mut out[c]);
         }
+        out
     }
 
-    /// (∂sc − u·∂|ma|, ∂tc − v·∂|ma|).
+    /// (∂sc − u·∂|ma|, ∂tc − v·∂|ma|); 0 where v_r is zero.
     #[inline(always)]
-    pub(crate) fn numerators(&self, face: usize, u: i64, v: i64, t: [i64; 3]) -> [i64; 2] {
-        let [sc, tc, ma] = components(face, t);
-        [
-            sc * self.one[0] - ((u * ma) << self.uv_lift[0]),
-            tc * self.one[1] - ((v * ma) << self.uv_lift[1]),
-        ]
+    pub(crate) fn numerators<const N: usize, T: Tap>(
+        &self,
+        lanes: usize,
+        face: &super::cube_face::Out<N>,
+        t: &Lanes<N, 3>,
+    ) -> Lanes<N, 2> {
+        let [sc, tc, ma] = components_lanes(lanes, &face.face, t);
+        let one_bits = self.one_bits;
+        let mut out = [[0; N]; 2];
+        for (out, (side, at, lift)) in out.iter_mut().zip([
+            (sc, &face.u, self.uv_lift[0]),
+            (tc, &face.v, self.uv_lift[1]),
+        ]) {
+            *out = each(lanes, |i| {
+                let keep = i64::from(face.zero[i]) - 1;
+                // The negative of the most negative code has a bit more.
+                ((side[i] << one_bits) - (mul_wide::<T>(ma[i], at[i]) << lift)) & keep
+            });
+        }
+        out
     }
 }
 
@@ -202,66 +214,79 @@ pub fn jacobian<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.d.format.frac);
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let (r, face) = (input.reflect, input.face);
-        let v = take(input.v, lane);
-        let n = take(&r.n, lane);
-        let (nv, nn) = (r.n_dot_v[lane], r.n_dot_n[lane]);
-        let dv = take(input.dv, lane);
-        let dn = take(input.dn_mod, lane);
-        let v_exp = input.v_exp[lane];
-        let n_exp = input.n_exp[lane] + r.n_lift[lane];
-        let exp = 2 * n_exp + v_exp;
-        let mut d = [0; 4];
-        for col in 0..2 {
-            let [x, y, z] = [0, 1, 2].map(|i| 3 * col + i);
-            let dv = [dv[x], dv[y], dv[z]];
-            let dn = [dn[x], dn[y], dn[z]];
-            let n_dv = sink.write(
-                &cfg.n_dot_dv[col],
-                Reg::JacNdotDv,
-                col,
-                dot(n, dv),
-                n_exp + v_exp,
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let shift = Shift::new(lanes, &cfg.d, |i| fixed + input.face.inv_ma_frac[i]);
+    let (r, face) = (input.reflect, input.face);
+    let (v, n) = (input.v, &r.n);
+    let v_exp = input.v_exp;
+    let n_exp = |i: usize| input.n_exp[i] + r.n_lift[i];
+    let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
+    for col in 0..2 {
+        let (dv, dn) = (column(input.dv, col), column(input.dn_mod, col));
+        let mut n_dv = [0; N];
+        sink.write(
+            &cfg.n_dot_dv[col],
+            Reg::JacNdotDv,
+            col,
+            |i| dot::<T>(take(n, i), take(dv, i)),
+            |i| n_exp(i) + v_exp[i],
+            &mut n_dv,
+        );
+        let mut v_dn = [0; N];
+        sink.write(
+            &cfg.v_dot_dn,
+            Reg::JacVdotDn,
+            col,
+            |i| dot::<T>(take(v, i), take(dn, i)),
+            |i| n_exp(i) + v_exp[i],
+            &mut v_dn,
+        );
+        let mut n_dn = [0; N];
+        sink.write(
+            &cfg.n_dot_dn,
+            Reg::JacNdotDn,
+            col,
+            |i| dot::<T>(take(n, i), take(dn, i)),
+            |i| 2 * n_exp(i),
+            &mut n_dn,
+        );
+        let lift = cfg.lift[col];
+        let mut dv_r = [[0; N]; 3];
+        for c in 0..3 {
+            let sum = |i: usize| {
+                (mul::<T>(2 * n[c][i], n_dv[i]) << lift[0])
+                    - (mul::<T>(r.n_dot_n[i], dv[c][i]) << lift[1])
+                    + (mul::<T>(2 * r.n_dot_v[i], dn[c][i]) << lift[2])
+                    + (mul_wide::<T>(v_dn[i], 2 * n[c][i]) << lift[3])
+                    - (mul_wide::<T>(n_dn[i], 2 * v[c][i]) << lift[4])
+            };
+            sink.write(
+                &cfg.dv_r[col],
+                Reg::JacDvr,
+                3 * col + c,
+                sum,
+                exp,
+                &mut dv_r[c],
             );
-            let v_dn = sink.write(
-                &cfg.v_dot_dn,
-                Reg::JacVdotDn,
-                col,
-                dot(v, dn),
-                n_exp + v_exp,
-            );
-            let n_dn = sink.write(&cfg.n_dot_dn, Reg::JacNdotDn, col, dot(n, dn), 2 * n_exp);
-            let lift = &cfg.lift[col];
-            let mut t = [0; 3];
-            for i in 0..3 {
-                let sum = ((2 * n[i] * n_dv) << lift[0]) - ((nn * dv[i]) << lift[1])
-                    + ((2 * nv * dn[i]) << lift[2])
-                    + ((2 * n[i] * v_dn) << lift[3])
-                    - ((2 * v[i] * n_dn) << lift[4]);
-                t[i] = sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + i, sum, exp);
-            }
-            let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, t, exp);
-            let rows = cfg
-                .project
-                .numerators(face.face[lane], face.u[lane], face.v[lane], t);
-            let shift = fixed + face.inv_ma_frac[lane];
-            for (row, sum) in rows.into_iter().enumerate() {
-                let c = 2 * row + col;
-                let sum = if face.zero[lane] { 0 } else { sum };
-                let numerator = sink.write(&cfg.numerator, Reg::JacNumerator, c, sum, exp);
-                d[c] = sink.shift(
-                    &cfg.d,
-                    Reg::JacD,
-                    c,
-                    numerator * face.inv_ma[lane],
-                    shift,
-                    0,
-                );
-            }
         }
-        store(&mut out.d, lane, d);
+        let t = cfg
+            .project
+            .rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
+        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
+        for (row, sum) in rows.iter().enumerate() {
+            let c = 2 * row + col;
+            let mut numerator = [0; N];
+            sink.write(
+                &cfg.numerator,
+                Reg::JacNumerator,
+                c,
+                |i| sum[i],
+                exp,
+                &mut numerator,
+            );
+            let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
+            sink.shift(&cfg.d, Reg::JacD, c, &shift, quotient, |_| 0, &mut out.d[c]);
+        }
     }
 }

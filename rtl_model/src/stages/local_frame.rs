@@ -3,11 +3,14 @@
 //! e1 = (h × n)/|h × n| · |n|, e2 = (n × e1)/|n| = (n × ĉ) with c = h × n. h ∥ n: the cross product
 //! with the axis of n's smallest component (ties z, y, x), event `local_frame.parallel`.
 
-use super::{Lanes, Roms, Sink, bits, block_frac, cross, dot, fits, store, take};
+use core::array;
+
+use super::{Lanes, Roms, bits, block_frac, fits, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, dot, each, fill, mantissa4, mul};
 use crate::regs::{Event, Reg};
-use crate::tables::rom::{PORT_FRAC, mantissa4};
+use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
 /// Compiled configuration.
@@ -123,73 +126,140 @@ pub fn local_frame<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let port = i64::from(PORT_FRAC);
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let n = take(input.n, lane);
-        let h = take(input.h, lane);
-        let (n_exp, h_exp) = (input.n_exp[lane], input.h_exp[lane]);
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let n = input.n;
+    let n_exp = |i: usize| input.n_exp[i];
 
-        let mut c = cross(h, n);
-        let mut c_exp = n_exp + h_exp;
-        let mut exact_frac = cfg.n_frac + cfg.h_frac;
-        let parallel = c == [0; 3];
-        if parallel {
-            c = any_tangent(n);
-            exact_frac = cfg.n_frac;
-            c_exp = n_exp;
+    let mut c = [[0; N]; 3];
+    cross_lanes::<N, T>(lanes, input.h, n, &mut c);
+    let mut parallel = [false; N];
+    for i in 0..lanes.min(N) {
+        parallel[i] = (c[0][i] | c[1][i] | c[2][i]) == 0;
+    }
+    if parallel.contains(&true) {
+        for (i, parallel) in parallel.iter().enumerate().take(lanes) {
+            if *parallel {
+                store(&mut c, i, any_tangent(take(n, i)));
+            }
         }
-        sink.flags.event(Event::FrameParallel, parallel);
-        let c = sink.block(&cfg.cross, Reg::FrameCross, &c, exact_frac, c_exp);
-        // From here on c's mantissas count as a vector with its largest component in [1, 2).
-        c_exp += cfg.c_frac - c.frac;
+    }
+    sink.event(Event::FrameParallel, &parallel);
+    // Without h in it the product has n's scale.
+    let of_h = |i: usize| i64::from(!parallel[i]);
+    let exact_frac = |i: usize| cfg.n_frac + of_h(i) * cfg.h_frac;
+    let exact_exp: [i64; N] = each(lanes, |i| n_exp(i) + of_h(i) * input.h_exp[i]);
+    let (exact, mut c, mut c_frac) = (c, [[0; N]; 3], [0; N]);
+    let block = (&mut c, &mut c_frac);
+    sink.block(
+        &cfg.cross,
+        Reg::FrameCross,
+        &exact,
+        exact_frac,
+        |i| exact_exp[i],
+        block,
+    );
+    // From here on c's mantissas count as a vector with its largest component in [1, 2).
+    let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c_frac[i]);
 
-        let (m, q) = mantissa4(dot(c.m, c.m).max(1));
-        let inv_frac = port + q - cfg.c_frac;
-        let inv = sink.block(
-            &cfg.inv_length,
-            Reg::FrameInvLength,
-            &[roms.rsqrt.rsqrt(m)],
-            inv_frac,
-            -c_exp,
-        );
-        let (m, q) = mantissa4(dot(n, n).max(1));
-        let length = sink.shift(
-            &cfg.length,
-            Reg::FrameLength,
-            0,
-            roms.sqrt.sqrt(m, &roms.rsqrt),
-            port + cfg.n_frac - q - i64::from(cfg.length.format.frac),
+    let [mut square, mut m, mut q, mut root] = [[0; N]; 4];
+    fill(lanes, &mut square, |i| {
+        dot::<T>(take(&c, i), take(&c, i)).max(1)
+    });
+    mantissa4(lanes, |i| square[i], &mut m, &mut q);
+    roms.rsqrt.rsqrt_lanes::<N, T>(lanes, &m, &mut root);
+    let (mut inv, mut inv_frac) = ([0; N], [0; N]);
+    sink.block(
+        &cfg.inv_length,
+        Reg::FrameInvLength,
+        array::from_ref(&root),
+        |i| port + q[i] - cfg.c_frac,
+        |i| -c_exp[i],
+        (array::from_mut(&mut inv), &mut inv_frac),
+    );
+    fill(lanes, &mut square, |i| {
+        dot::<T>(take(n, i), take(n, i)).max(1)
+    });
+    mantissa4(lanes, |i| square[i], &mut m, &mut q);
+    roms.sqrt
+        .sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, &mut root);
+    let length_frac = i64::from(cfg.length.format.frac);
+    let shift = Shift::new(lanes, &cfg.length, |i| {
+        port + cfg.n_frac - q[i] - length_frac
+    });
+    let mut length = [0; N];
+    sink.shift(
+        &cfg.length,
+        Reg::FrameLength,
+        0,
+        &shift,
+        |i| root[i],
+        n_exp,
+        &mut length,
+    );
+    let (mut scale, mut scale_frac) = ([0; N], [0; N]);
+    sink.block(
+        &cfg.scale,
+        Reg::FrameScale,
+        &[each(lanes, |i| mul::<T>(length[i], inv[i]))],
+        |i| length_frac + inv_frac[i],
+        |i| n_exp(i) - c_exp[i],
+        (array::from_mut(&mut scale), &mut scale_frac),
+    );
+    let fixed = cfg.c_frac - i64::from(cfg.e1.format.frac);
+    let shift = Shift::new(lanes, &cfg.e1, |i| fixed + scale_frac[i]);
+    for (k, c) in c.iter().enumerate() {
+        let product = |i: usize| mul::<T>(c[i], scale[i]);
+        sink.shift(
+            &cfg.e1,
+            Reg::FrameE1,
+            k,
+            &shift,
+            product,
             n_exp,
+            &mut out.e1[k],
         );
-        let length_frac = i64::from(cfg.length.format.frac);
-        let scale = sink.block(
-            &cfg.scale,
-            Reg::FrameScale,
-            &[length * inv.m[0]],
-            length_frac + inv.frac,
-            n_exp - c_exp,
+    }
+    let mut n_cross = exact;
+    cross_lanes::<N, T>(lanes, n, &c, &mut n_cross);
+    let fixed = i64::from(cfg.n_cross.format.frac) - i64::from(cfg.e2.format.frac);
+    let shift = Shift::new(lanes, &cfg.e2, |i| fixed + inv_frac[i]);
+    for (k, n_cross) in n_cross.iter().enumerate() {
+        let exp = |i: usize| n_exp(i) + c_exp[i];
+        let mut x = [0; N];
+        sink.write(
+            &cfg.n_cross,
+            Reg::FrameNCross,
+            k,
+            |i| n_cross[i],
+            exp,
+            &mut x,
         );
-        let e_shift = cfg.c_frac + scale.frac - i64::from(cfg.e1.format.frac);
-        let mut e1 = [0; 3];
-        for (i, e) in e1.iter_mut().enumerate() {
-            *e = sink.shift(
-                &cfg.e1,
-                Reg::FrameE1,
-                i,
-                c.m[i] * scale.m[0],
-                e_shift,
-                n_exp,
-            );
-        }
-        let n_cross = cross(n, c.m);
-        let e_shift = i64::from(cfg.n_cross.format.frac) + inv.frac - i64::from(cfg.e2.format.frac);
-        let mut e2 = [0; 3];
-        for (i, e) in e2.iter_mut().enumerate() {
-            let x = sink.write(&cfg.n_cross, Reg::FrameNCross, i, n_cross[i], n_exp + c_exp);
-            *e = sink.shift(&cfg.e2, Reg::FrameE2, i, x * inv.m[0], e_shift, n_exp);
-        }
-        store(&mut out.e1, lane, e1);
-        store(&mut out.e2, lane, e2);
+        let product = |i: usize| mul::<T>(x[i], inv[i]);
+        sink.shift(
+            &cfg.e2,
+            Reg::FrameE2,
+            k,
+            &shift,
+            product,
+            n_exp,
+            &mut out.e2[k],
+        );
+    }
+}
+
+/// a × b of every lane.
+#[inline(always)]
+fn cross_lanes<const N: usize, T: Tap>(
+    lanes: usize,
+    a: &Lanes<N, 3>,
+    b: &Lanes<N, 3>,
+    out: &mut Lanes<N, 3>,
+) {
+    for (k, out) in out.iter_mut().enumerate() {
+        let (p, q) = ((k + 1) % 3, (k + 2) % 3);
+        fill(lanes, out, |i| {
+            mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i])
+        });
     }
 }

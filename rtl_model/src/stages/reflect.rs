@@ -1,8 +1,9 @@
 //! `reflect`: v_r = 2n⟨n,v⟩ − v⟨n,n⟩ (Schilling, eq. 4). Nothing is normalised to unit length.
 
-use super::{Lanes, Sink, bits, block_frac, dot, fits, frac, int, store, take};
+use super::{Lanes, bits, block_frac, fits, frac, int, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, dot, fill, mul};
 use crate::regs::Reg;
 use crate::tap::Tap;
 
@@ -107,38 +108,53 @@ pub fn reflect<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let v = take(input.v, lane);
-        let v_exp = input.v_exp[lane];
-        let mut n = take(input.n, lane);
-        let mut n_exp = input.n_exp[lane];
-        let mut n_lift = 0;
-        if let Some(n_frac) = input.n_mod_frac {
-            let block = sink.block(&cfg.n, Reg::ReflectN, &n, n_frac, n_exp);
-            n = block.m;
-            n_lift = cfg.n_frac - block.frac;
-            n_exp += n_lift;
-        }
-        let n_dot_v = sink.write(&cfg.n_dot_v, Reg::ReflectNdotV, 0, dot(n, v), n_exp + v_exp);
-        let n_dot_n = sink.write(&cfg.n_dot_n, Reg::ReflectNdotN, 0, dot(n, n), 2 * n_exp);
-        let mut sum = [0; 3];
-        for (i, s) in sum.iter_mut().enumerate() {
-            *s = ((2 * n[i] * n_dot_v) << cfg.lift[0]) - ((v[i] * n_dot_n) << cfg.lift[1]);
-        }
-        let v_r = sink.block(
-            &cfg.v_r,
-            Reg::ReflectVr,
-            &sum,
-            cfg.exact_frac,
-            2 * n_exp + v_exp,
-        );
-        store(&mut out.n, lane, n);
-        out.n_lift[lane] = n_lift;
-        out.n_dot_v[lane] = n_dot_v;
-        out.n_dot_n[lane] = n_dot_n;
-        store(&mut out.v_r, lane, v_r.m);
-        out.v_r_frac[lane] = v_r.frac;
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let (v, v_exp) = (input.v, input.v_exp);
+    if let Some(n_frac) = input.n_mod_frac {
+        let n_exp = |i: usize| input.n_exp[i];
+        let mut frac = [0; N];
+        let block = (&mut out.n, &mut frac);
+        sink.block(&cfg.n, Reg::ReflectN, input.n, |_| n_frac, n_exp, block);
+        fill(lanes, &mut out.n_lift, |i| cfg.n_frac - frac[i]);
+    } else {
+        out.n = *input.n;
+        out.n_lift = [0; N];
     }
+    let (n, n_lift) = (&out.n, &out.n_lift);
+    let n_exp = |i: usize| input.n_exp[i] + n_lift[i];
+    sink.write(
+        &cfg.n_dot_v,
+        Reg::ReflectNdotV,
+        0,
+        |i| dot::<T>(take(n, i), take(v, i)),
+        |i| n_exp(i) + v_exp[i],
+        &mut out.n_dot_v,
+    );
+    sink.write(
+        &cfg.n_dot_n,
+        Reg::ReflectNdotN,
+        0,
+        |i| dot::<T>(take(n, i), take(n, i)),
+        |i| 2 * n_exp(i),
+        &mut out.n_dot_n,
+    );
+    let (n_dot_v, n_dot_n) = (&out.n_dot_v, &out.n_dot_n);
+    let lift = cfg.lift;
+    let mut sum = [[0; N]; 3];
+    for (sum, (n, v)) in sum.iter_mut().zip(n.iter().zip(v)) {
+        fill(lanes, sum, |i| {
+            (mul::<T>(2 * n[i], n_dot_v[i]) << lift[0]) - (mul::<T>(v[i], n_dot_n[i]) << lift[1])
+        });
+    }
+    let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
+    let block = (&mut out.v_r, &mut out.v_r_frac);
+    sink.block(
+        &cfg.v_r,
+        Reg::ReflectVr,
+        &sum,
+        |_| cfg.exact_frac,
+        exp,
+        block,
+    );
 }

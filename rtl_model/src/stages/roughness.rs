@@ -3,9 +3,10 @@
 //! B = [d1 d2; 0 d3] comes from the roughness pyramid in units of |n|. s is `roughness.scale`.
 
 use super::jacobian::Project;
-use super::{Lanes, Sink, bits, block_frac, dot, fits, frac, int, store, take};
+use super::{Lanes, bits, block_frac, fits, frac, int, take};
 use crate::config::{Config, ConfigError, SCALE_FRAC};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, dot, mul};
 use crate::regs::Reg;
 use crate::tap::Tap;
 
@@ -120,77 +121,118 @@ pub fn roughness<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.e.format.frac);
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let (r, face) = (input.reflect, input.face);
-        let v = take(input.v, lane);
-        let n = take(&r.n, lane);
-        let nv = r.n_dot_v[lane];
-        let (v_exp, e_exp) = (input.v_exp[lane], input.n_exp[lane]);
-        let n_exp = e_exp + r.n_lift[lane];
-        let exp = n_exp + v_exp + e_exp;
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let (r, face) = (input.reflect, input.face);
+    let (v, n) = (input.v, &r.n);
+    let (v_exp, e_exp) = (input.v_exp, input.n_exp);
+    let n_exp = |i: usize| e_exp[i] + r.n_lift[i];
+    let exp = |i: usize| n_exp(i) + v_exp[i] + e_exp[i];
 
-        let d = take(input.d, lane);
-        let mut scaled = [0; 3];
-        for (i, s) in scaled.iter_mut().enumerate() {
-            *s = sink.write(&cfg.d_scaled, Reg::RoughScaled, i, d[i] * cfg.scale, 0);
-        }
-        let mut e_uv = [0; 4];
-        for (col, e) in [take(input.e1, lane), take(input.e2, lane)]
-            .into_iter()
-            .enumerate()
-        {
-            let v_e = sink.write(
-                &cfg.v_dot_e[col],
-                Reg::RoughVdotE,
-                col,
-                dot(v, e),
-                v_exp + e_exp,
-            );
-            let n_e = sink.write(
-                &cfg.n_dot_e[col],
-                Reg::RoughNdotE,
-                col,
-                dot(n, e),
-                n_exp + e_exp,
-            );
-            let lift = &cfg.lift[col];
-            let mut t = [0; 3];
-            for i in 0..3 {
-                let sum = ((2 * nv * e[i]) << lift[0]) + ((2 * n[i] * v_e) << lift[1])
-                    - ((2 * v[i] * n_e) << lift[2]);
-                t[i] = sink.write(&cfg.dv_r[col], Reg::RoughDvr, 3 * col + i, sum, exp);
-            }
-            let t = cfg
-                .project
-                .rotate(&mut sink, Reg::RoughDvr, 3 * col, t, exp);
-            let rows = cfg
-                .project
-                .numerators(face.face[lane], face.u[lane], face.v[lane], t);
-            // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
-            let shift = fixed + face.inv_ma_frac[lane] + r.n_lift[lane];
-            for (row, sum) in rows.into_iter().enumerate() {
-                let c = 2 * row + col;
-                let sum = if face.zero[lane] { 0 } else { sum };
-                let numerator = sink.write(&cfg.numerator, Reg::RoughNumerator, c, sum, exp);
-                e_uv[c] = sink.shift(
-                    &cfg.e,
-                    Reg::RoughE,
-                    c,
-                    numerator * face.inv_ma[lane],
-                    shift,
-                    0,
-                );
-            }
-        }
-        let [e11, e12, e21, e22] = e_uv;
-        let [d1, d2, d3] = scaled;
-        let sums = [e11 * d1, e11 * d2 + e12 * d3, e21 * d1, e21 * d2 + e22 * d3];
-        let mut b = [0; 4];
-        for (i, o) in b.iter_mut().enumerate() {
-            *o = sink.write(&cfg.b, Reg::RoughB, i, sums[i], 0);
-        }
-        store(&mut out.b, lane, b);
+    let mut scaled = [[0; N]; 3];
+    for (c, (scaled, d)) in scaled.iter_mut().zip(input.d).enumerate() {
+        let product = |i: usize| mul::<T>(d[i], cfg.scale);
+        sink.write(&cfg.d_scaled, Reg::RoughScaled, c, product, |_| 0, scaled);
     }
+    // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
+    let shift = Shift::new(lanes, &cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
+    let mut e_uv = [[0; N]; 4];
+    for (col, e) in [input.e1, input.e2].into_iter().enumerate() {
+        let mut v_e = [0; N];
+        sink.write(
+            &cfg.v_dot_e[col],
+            Reg::RoughVdotE,
+            col,
+            |i| dot::<T>(take(v, i), take(e, i)),
+            |i| v_exp[i] + e_exp[i],
+            &mut v_e,
+        );
+        let mut n_e = [0; N];
+        sink.write(
+            &cfg.n_dot_e[col],
+            Reg::RoughNdotE,
+            col,
+            |i| dot::<T>(take(n, i), take(e, i)),
+            |i| n_exp(i) + e_exp[i],
+            &mut n_e,
+        );
+        let lift = cfg.lift[col];
+        let mut dv_r = [[0; N]; 3];
+        for c in 0..3 {
+            let sum = |i: usize| {
+                (mul::<T>(2 * r.n_dot_v[i], e[c][i]) << lift[0])
+                    + (mul::<T>(2 * n[c][i], v_e[i]) << lift[1])
+                    - (mul::<T>(2 * v[c][i], n_e[i]) << lift[2])
+            };
+            sink.write(
+                &cfg.dv_r[col],
+                Reg::RoughDvr,
+                3 * col + c,
+                sum,
+                exp,
+                &mut dv_r[c],
+            );
+        }
+        let t = cfg
+            .project
+            .rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
+        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
+        for (row, sum) in rows.iter().enumerate() {
+            let c = 2 * row + col;
+            let mut numerator = [0; N];
+            sink.write(
+                &cfg.numerator,
+                Reg::RoughNumerator,
+                c,
+                |i| sum[i],
+                exp,
+                &mut numerator,
+            );
+            let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
+            sink.shift(
+                &cfg.e,
+                Reg::RoughE,
+                c,
+                &shift,
+                quotient,
+                |_| 0,
+                &mut e_uv[c],
+            );
+        }
+    }
+    let [e11, e12, e21, e22] = &e_uv;
+    let [d1, d2, d3] = &scaled;
+    let b = &cfg.b;
+    sink.write(
+        b,
+        Reg::RoughB,
+        0,
+        |i| mul::<T>(e11[i], d1[i]),
+        |_| 0,
+        &mut out.b[0],
+    );
+    sink.write(
+        b,
+        Reg::RoughB,
+        1,
+        |i| mul::<T>(e11[i], d2[i]) + mul::<T>(e12[i], d3[i]),
+        |_| 0,
+        &mut out.b[1],
+    );
+    sink.write(
+        b,
+        Reg::RoughB,
+        2,
+        |i| mul::<T>(e21[i], d1[i]),
+        |_| 0,
+        &mut out.b[2],
+    );
+    sink.write(
+        b,
+        Reg::RoughB,
+        3,
+        |i| mul::<T>(e21[i], d2[i]) + mul::<T>(e22[i], d3[i]),
+        |_| 0,
+        &mut out.b[3],
+    );
 }

@@ -7,11 +7,16 @@
 use alloc::vec::Vec;
 
 use super::contents::sin_cos;
-use super::rom::TableSpec;
+use super::rom::{PORT_FRAC, TableSpec};
+use crate::lanes::mul_unsigned;
 use crate::policy::Placement;
+use crate::tap::Tap;
 
 /// Fraction bits of the boundary constants.
 pub const BOUNDARY_FRAC: u32 = 28;
+
+/// Most boundaries that all lanes are compared with; more are searched lane by lane.
+const MOST_COUNTED: usize = 64;
 
 /// The angle table.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,6 +103,37 @@ impl AngleRom {
             }
         }
         low
+    }
+
+    /// [`AngleRom::index`] of every lane. The boundaries ascend, so that counting those that were passed
+    /// gives the same.
+    #[inline(always)]
+    pub(crate) fn indices<const N: usize, T: Tap>(
+        &self,
+        n: usize,
+        two_b: &[i64; N],
+        c_minus_a: &[i64; N],
+    ) -> [usize; N] {
+        let mut out = [0; N];
+        if self.boundaries.len() > MOST_COUNTED {
+            for (i, out) in out.iter_mut().enumerate().take(n) {
+                *out = self.index(two_b[i], c_minus_a[i]);
+            }
+            return out;
+        }
+        for (cos, sin) in &self.boundaries {
+            for i in 0..n.min(N) {
+                let passed =
+                    mul_unsigned::<T>(two_b[i], *cos) > mul_unsigned::<T>(c_minus_a[i], *sin);
+                out[i] += usize::from(passed);
+            }
+        }
+        out
+    }
+
+    /// Fraction bits of a looked-up value: an entry's, and 30 more where entries are interpolated.
+    pub(crate) fn value_frac(&self) -> u32 {
+        self.spec.frac + if self.spec.order == 0 { 0 } else { PORT_FRAC }
     }
 
     /// Table bits: two values an entry and two constants a boundary.

@@ -1,5 +1,7 @@
 //! Tables over one or two binades: address, interpolation, Newton steps.
 
+mod lanes;
+
 use alloc::vec::Vec;
 
 use super::contents;

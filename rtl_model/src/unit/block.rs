@@ -41,11 +41,38 @@ pub struct Words {
     pub d: [u64; 3],
 }
 
-/// Up to `N` fragments behind their ports.
+/// Up to `N` fragments before their ports, one array a word.
 #[derive(Clone, Debug)]
 pub struct Ports<const N: usize> {
     /// Lanes in use.
     pub len: usize,
+    pub(super) v: [[u64; N]; 3],
+    pub(super) n: [[u64; N]; 3],
+    pub(super) h: [[u64; N]; 3],
+    pub(super) dv: [[u64; N]; 6],
+    pub(super) dn: [[u64; N]; 6],
+    pub(super) b: [[u64; N]; 2],
+    pub(super) d: [[u64; N]; 3],
+}
+
+impl<const N: usize> Default for Ports<N> {
+    fn default() -> Self {
+        Self {
+            len: 0,
+            v: [[0; N]; 3],
+            n: [[0; N]; 3],
+            h: [[0; N]; 3],
+            dv: [[0; N]; 6],
+            dn: [[0; N]; 6],
+            b: [[0; N]; 2],
+            d: [[0; N]; 3],
+        }
+    }
+}
+
+/// The registers behind the ports.
+#[derive(Clone, Debug)]
+pub struct Inputs<const N: usize> {
     pub(super) v: Lanes<N, 3>,
     pub(super) v_exp: [i64; N],
     pub(super) n: Lanes<N, 3>,
@@ -56,13 +83,11 @@ pub struct Ports<const N: usize> {
     pub(super) dn: Lanes<N, 6>,
     pub(super) b: Lanes<N, 2>,
     pub(super) d: Lanes<N, 3>,
-    pub(super) flags: [Flags; N],
 }
 
-impl<const N: usize> Default for Ports<N> {
+impl<const N: usize> Default for Inputs<N> {
     fn default() -> Self {
         Self {
-            len: 0,
             v: [[0; N]; 3],
             v_exp: [0; N],
             n: [[0; N]; 3],
@@ -73,7 +98,6 @@ impl<const N: usize> Default for Ports<N> {
             dn: [[0; N]; 6],
             b: [[0; N]; 2],
             d: [[0; N]; 3],
-            flags: [NO_FLAGS; N],
         }
     }
 }
@@ -82,6 +106,7 @@ impl<const N: usize> Default for Ports<N> {
 #[derive(Clone, Debug)]
 pub struct State<const N: usize> {
     pub(super) flags: [Flags; N],
+    pub(super) input: Inputs<N>,
     pub(super) frame: local_frame::Out<N>,
     pub(super) bumped: bump::Out<N>,
     pub(super) reflected: reflect::Out<N>,
@@ -100,6 +125,7 @@ impl<const N: usize> Default for State<N> {
     fn default() -> Self {
         Self {
             flags: [NO_FLAGS; N],
+            input: Default::default(),
             frame: Default::default(),
             bumped: Default::default(),
             reflected: Default::default(),

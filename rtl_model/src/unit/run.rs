@@ -1,5 +1,7 @@
 //! Running a unit: each stage over a block, and all of them.
 
+use core::slice::{from_mut, from_ref};
+
 use super::Unit;
 use super::block::{NO_FLAGS, Ports, Results, State};
 use crate::stages::jacobian::normal;
@@ -11,7 +13,7 @@ use crate::tap::{NoTapStandard, Tap};
 use crate::texture::Texture;
 
 impl Unit {
-    /// The stages from the local frame to the footprint.
+    /// The ports and the stages from the local frame to the footprint.
     #[inline(always)]
     pub fn front<const N: usize, T: Tap>(
         &self,
@@ -19,17 +21,26 @@ impl Unit {
         state: &mut State<N>,
         tap: &mut T,
     ) {
-        state.flags.copy_from_slice(&ports.flags);
-        self.local_frame(ports, state, tap);
-        self.bump(ports, state, tap);
-        self.reflect(ports, state, tap);
-        self.cube_face(ports, state, tap);
-        self.normal(ports, state, tap);
-        self.jacobian(ports, state, tap);
-        self.roughness(ports, state, tap);
-        self.covariance(ports, state, tap);
-        self.eigen(ports, state, tap);
-        self.footprint(ports, state, tap);
+        self.fronts(from_ref(ports), from_mut(state), tap);
+    }
+
+    /// [`Unit::front`] of several blocks, each stage for all of them before the next: a stage's code is
+    /// fetched once for all. A tap that listens cannot tell the blocks apart.
+    #[inline(always)]
+    pub fn fronts<const N: usize, T: Tap>(
+        &self,
+        ports: &[Ports<N>],
+        states: &mut [State<N>],
+        tap: &mut T,
+    ) {
+        macro_rules! each {
+            ($($stage:ident)+) => { $(
+                for (ports, state) in ports.iter().zip(states.iter_mut()) {
+                    self.$stage(ports, state, tap);
+                }
+            )+ };
+        }
+        each!(ports local_frame bump reflect cube_face normal jacobian roughness covariance eigen footprint);
     }
 
     /// `local_frame`, if the scene needs it.
@@ -42,10 +53,10 @@ impl Unit {
     ) {
         let Some(cfg) = &self.frame else { return };
         let input = local_frame::In {
-            n: &ports.n,
-            n_exp: &ports.n_exp,
-            h: &ports.h,
-            h_exp: &ports.h_exp,
+            n: &state.input.n,
+            n_exp: &state.input.n_exp,
+            h: &state.input.h,
+            h_exp: &state.input.h_exp,
         };
         local_frame::local_frame(
             cfg,
@@ -67,11 +78,11 @@ impl Unit {
     ) {
         let Some(cfg) = &self.bump else { return };
         let input = bump::In {
-            n: &ports.n,
-            n_exp: &ports.n_exp,
+            n: &state.input.n,
+            n_exp: &state.input.n_exp,
             e1: &state.frame.e1,
             e2: &state.frame.e2,
-            b: &ports.b,
+            b: &state.input.b,
         };
         bump::bump(
             cfg,
@@ -97,14 +108,14 @@ impl Unit {
             (None, None) => None,
         };
         let input = reflect::In {
-            v: &ports.v,
-            v_exp: &ports.v_exp,
+            v: &state.input.v,
+            v_exp: &state.input.v_exp,
             n: if self.bump.is_some() {
                 &state.bumped.n_mod
             } else {
-                &ports.n
+                &state.input.n
             },
-            n_exp: &ports.n_exp,
+            n_exp: &state.input.n_exp,
             n_mod_frac,
         };
         reflect::reflect(
@@ -126,7 +137,8 @@ impl Unit {
     ) {
         let mut exp = [0; N];
         for (lane, e) in exp.iter_mut().enumerate().take(ports.len) {
-            *e = ports.v_exp[lane] + 2 * (ports.n_exp[lane] + state.reflected.n_lift[lane]);
+            *e = state.input.v_exp[lane]
+                + 2 * (state.input.n_exp[lane] + state.reflected.n_lift[lane]);
         }
         let input = cube_face::In {
             v_r: &state.reflected.v_r,
@@ -152,15 +164,15 @@ impl Unit {
         tap: &mut T,
     ) {
         let input = normal::In {
-            dn: &ports.dn,
-            n_exp: &ports.n_exp,
+            dn: &state.input.dn,
+            n_exp: &state.input.n_exp,
             n_lift: &state.reflected.n_lift,
             bumped: self.bump.as_ref().map(|_| normal::Bumped {
-                n: &ports.n,
-                h: &ports.h,
+                n: &state.input.n,
+                h: &state.input.h,
                 e1: &state.frame.e1,
                 e2: &state.frame.e2,
-                b: &ports.b,
+                b: &state.input.b,
             }),
         };
         normal::normal(
@@ -182,10 +194,10 @@ impl Unit {
         tap: &mut T,
     ) {
         let input = jacobian::In {
-            v: &ports.v,
-            v_exp: &ports.v_exp,
-            n_exp: &ports.n_exp,
-            dv: &ports.dv,
+            v: &state.input.v,
+            v_exp: &state.input.v_exp,
+            n_exp: &state.input.n_exp,
+            dv: &state.input.dv,
             dn_mod: &state.dn_mod,
             reflect: &state.reflected,
             face: &state.face,
@@ -209,12 +221,12 @@ impl Unit {
     ) {
         let Some(cfg) = &self.roughness else { return };
         let input = roughness::In {
-            v: &ports.v,
-            v_exp: &ports.v_exp,
-            n_exp: &ports.n_exp,
+            v: &state.input.v,
+            v_exp: &state.input.v_exp,
+            n_exp: &state.input.n_exp,
             e1: &state.frame.e1,
             e2: &state.frame.e2,
-            d: &ports.d,
+            d: &state.input.d,
             reflect: &state.reflected,
             face: &state.face,
         };
@@ -365,8 +377,22 @@ impl Unit {
         tap: &mut T,
     ) {
         self.front(ports, state, tap);
+        self.finish(state, ports.len, texture, out, tap);
+    }
+
+    /// What follows [`Unit::front`]: the filter of `len` lanes, or without a texture their probe counts
+    /// and flags.
+    #[inline(always)]
+    pub fn finish<const N: usize, T: Tap>(
+        &self,
+        state: &State<N>,
+        len: usize,
+        texture: Option<&Texture>,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
         match texture {
-            Some(texture) => self.back(state, ports.len, texture, out, tap),
+            Some(texture) => self.back(state, len, texture, out, tap),
             None => {
                 out.probes = state.line.count;
                 out.flags = state.flags;

@@ -51,7 +51,7 @@ fn run<const N: usize>(unit: &Unit, texture: Option<&Texture>, words: &[Words]) 
         let mut record = Record::default();
         let mut ports = Ports::<N>::default();
         for fragment in chunk {
-            unit.load(&mut ports, fragment, &mut record);
+            unit.load(&mut ports, fragment);
         }
         let mut results = Results::<N>::default();
         let mut state = State::default();

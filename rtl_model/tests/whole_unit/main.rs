@@ -17,7 +17,7 @@ use rtl_model::unit::{Ports, Results, State, Unit, Words};
 fn run_one(unit: &Unit, texture: Option<&Texture>, words: &Words) -> (Record, Results<1>) {
     let mut record = Record::default();
     let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, words, &mut record);
+    unit.load(&mut ports, words);
     let mut results = Results::default();
     let mut state = State::default();
     unit.env(&ports, texture, &mut state, &mut results, &mut record);

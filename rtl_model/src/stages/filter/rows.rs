@@ -1,14 +1,18 @@
-//! Texel rows: two neighbouring texels of a row times their weights, for two rows.
+//! Texel rows: the two rows of two texels of several footprints, times their weights.
 
-use super::Sums;
+use crate::stages::address::lanes::{Footprints, LOW};
+use crate::texel::{PACKED_MANTISSA, PACKED_SHIFT, PACKED_STARTS};
 
-/// Memory that yields weighted sums of two rows of two texels.
+/// Exact bilinear sums: channel by channel, lane by lane.
+pub type Sums<const W: usize> = [[u64; W]; 3];
+
+/// Memory that yields weighted sums of footprints.
 pub trait Rows {
-    /// `upper[0]·t(a) + upper[1]·t(a + 1) + lower[0]·t(b) + lower[1]·t(b + 1)`, channel by channel.
-    fn sum(&self, a: usize, upper: [i64; 2], b: usize, lower: [i64; 2]) -> Sums;
+    /// The sum of each lane's four texels times their weights.
+    fn sums<const W: usize>(&self, at: &Footprints<W>) -> Sums<W>;
 
     /// Reads the same texels and folds their words together.
-    fn touch(&self, a: usize, b: usize) -> u64;
+    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64;
 }
 
 /// Texels decoded beforehand.
@@ -17,76 +21,89 @@ pub struct Wide<'a>(pub &'a [[i64; 4]]);
 
 impl Rows for Wide<'_> {
     #[inline(always)]
-    fn sum(&self, a: usize, upper: [i64; 2], b: usize, lower: [i64; 2]) -> Sums {
-        let ([t0, t1], [t2, t3]) = (pair(self.0, a), pair(self.0, b));
-        let mut sum = [0; 4];
-        for (c, s) in sum.iter_mut().enumerate() {
-            *s = upper[0] * t0[c] + upper[1] * t1[c] + lower[0] * t2[c] + lower[1] * t3[c];
+    fn sums<const W: usize>(&self, at: &Footprints<W>) -> Sums<W> {
+        let mut sums = [[0; W]; 3];
+        for lane in 0..at.len.min(W) {
+            let [t0, t1] = pair(self.0, at.upper[lane]);
+            let [t2, t3] = pair(self.0, at.lower[lane]);
+            for (c, sum) in sums.iter_mut().enumerate() {
+                let four = [t0[c], t1[c], t2[c], t3[c]];
+                for (texel, weight) in four.into_iter().zip(&at.weight) {
+                    sum[lane] += texel.cast_unsigned() * weight[lane];
+                }
+            }
         }
-        sum
+        sums
     }
 
     #[inline(always)]
-    fn touch(&self, a: usize, b: usize) -> u64 {
-        fold(self.0, a, b, i64::cast_unsigned)
-    }
-}
-
-/// Folds the words of two rows of two texels together, channel by channel.
-#[inline(always)]
-fn fold<X: Copy + Default>(texels: &[[X; 4]], a: usize, b: usize, word: impl Fn(X) -> u64) -> u64 {
-    let ([t0, t1], [t2, t3]) = (pair(texels, a), pair(texels, b));
-    let mut sum = 0u64;
-    for c in 0..4 {
-        sum ^= word(t0[c]) ^ word(t1[c]) ^ word(t2[c]) ^ word(t3[c]);
-    }
-    sum
-}
-
-/// binary16 texels, decoded on the way.
-#[derive(Clone, Copy, Debug)]
-pub struct Half<'a>(pub &'a [[u16; 4]]);
-
-impl Rows for Half<'_> {
-    #[inline(always)]
-    fn sum(&self, a: usize, upper: [i64; 2], b: usize, lower: [i64; 2]) -> Sums {
-        let ([t0, t1], [t2, t3]) = (pair(self.0, a), pair(self.0, b));
-        let mut sum = [0; 4];
-        for (texel, weight) in [
-            (t0, upper[0]),
-            (t1, upper[1]),
-            (t2, lower[0]),
-            (t3, lower[1]),
-        ] {
-            // 11 bits of mantissa times ≤ 17 bits of weight fit 32; the exponent shifts afterwards.
-            let weight = u32::try_from(weight & 0x1_ffff).unwrap_or(0);
-            for (s, word) in sum.iter_mut().zip(texel) {
-                let (m, shift) = split(word);
-                *s += (u64::from(m * weight) << shift).cast_signed();
+    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64 {
+        let mut sum = 0;
+        for lane in 0..at.len.min(W) {
+            for first in [at.upper[lane], at.lower[lane]] {
+                for word in pair(self.0, first).into_iter().flatten() {
+                    sum ^= word.cast_unsigned();
+                }
             }
         }
         sum
     }
+}
 
+/// Packed halves ([`crate::texel::pack`]), decoded on the way.
+#[derive(Clone, Copy, Debug)]
+pub struct Half<'a>(pub &'a [u64]);
+
+impl Half<'_> {
+    /// The four texels of each lane, upper left to lower right.
     #[inline(always)]
-    fn touch(&self, a: usize, b: usize) -> u64 {
-        fold(self.0, a, b, u64::from)
+    fn texels<const W: usize>(&self, at: &Footprints<W>) -> [[u64; W]; 4] {
+        let mut texels = [[0; W]; 4];
+        for lane in 0..W {
+            [texels[0][lane], texels[1][lane]] = pair(self.0, at.upper[lane]);
+            [texels[2][lane], texels[3][lane]] = pair(self.0, at.lower[lane]);
+        }
+        texels
     }
 }
 
-/// Mantissa and left shift of a finite, non-negative half: value = m · 2^shift · 2^−24.
-#[inline(always)]
-fn split(word: u16) -> (u32, u32) {
-    let e = u32::from(word >> 10) & 0x1f;
-    let normal = u32::from(e != 0);
-    (u32::from(word & 0x3ff) | (normal << 10), e - normal)
+impl Rows for Half<'_> {
+    #[inline(always)]
+    fn sums<const W: usize>(&self, at: &Footprints<W>) -> Sums<W> {
+        let texels = self.texels(at);
+        let mut sums = [[0; W]; 3];
+        for (texels, weights) in texels.iter().zip(&at.weight) {
+            for (sum, start) in sums.iter_mut().zip(PACKED_STARTS) {
+                for lane in 0..W {
+                    // 11 bits of mantissa times 17 bits of weight; the exponent shifts afterwards.
+                    let m = (texels[lane] >> start) & ((1 << PACKED_MANTISSA) - 1);
+                    let shift =
+                        (texels[lane] >> (start + PACKED_MANTISSA)) & ((1 << PACKED_SHIFT) - 1);
+                    sum[lane] += (m * (weights[lane] & LOW)) << shift;
+                }
+            }
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64 {
+        let mut sum = 0;
+        for texels in self.texels(at) {
+            for word in texels {
+                sum ^= word;
+            }
+        }
+        sum
+    }
 }
 
-/// Two neighbouring texels; zeros beyond the memory, which no address reaches.
+/// Two neighbouring texels; zeros beyond the memory, which no lane in use reaches.
 #[inline(always)]
-fn pair<X: Copy + Default>(texels: &[[X; 4]], at: usize) -> [[X; 4]; 2] {
-    match texels.get(at..at + 2) {
-        Some(&[a, b]) => [a, b],
-        _ => [[X::default(); 4]; 2],
+fn pair<X: Copy + Default>(texels: &[X], at: u64) -> [X; 2] {
+    let at = usize::try_from(at).unwrap_or(usize::MAX);
+    match texels.get(at..).and_then(|rest| rest.first_chunk()) {
+        Some(two) => *two,
+        None => [X::default(); 2],
     }
 }

@@ -6,10 +6,11 @@
 
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::lanes::{LaneSink, Shift, dot, each, mantissa, mul, mul_unsigned, mul_wide};
 use crate::policy::Dnmod;
 use crate::regs::Reg;
-use crate::stages::{Lanes, Roms, Sink, bits, block_frac, dot, fits, frac, int, store, take};
-use crate::tables::rom::{PORT_FRAC, mantissa};
+use crate::stages::{Lanes, Roms, bits, block_frac, column, fits, frac, int, take};
+use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
 const P: i64 = 30;
@@ -141,41 +142,146 @@ impl Cfg {
         })
     }
 
+    /// ∂n⊥ of one column.
     #[inline(always)]
-    fn perpendicular<T: Tap>(
+    fn perpendicular<const N: usize, T: Tap>(
         &self,
-        sink: &mut Sink<'_, T>,
+        sink: &mut LaneSink<'_, N, T>,
         col: usize,
-        n: [i64; 3],
-        dn: [i64; 3],
-        inv_nn: i64,
-        exp: i64,
-    ) -> [i64; 3] {
-        let along = sink.write(&self.dn_dot[col], Reg::JacNIdotDn, col, dot(n, dn), 2 * exp);
-        let along = sink.write(&self.along, Reg::JacAlong, col, along * inv_nn, 0);
-        let mut out = [0; 3];
-        for i in 0..3 {
-            let sum = (dn[i] << self.lift_dn[col]) - ((n[i] * along) << self.lift_along[col]);
-            out[i] = sink.write(&self.dn_perp[col], Reg::JacDnPerp, 3 * col + i, sum, exp);
+        n: &Lanes<N, 3>,
+        dn: &Lanes<N, 3>,
+        inv_nn: &[i64; N],
+        n_exp: &[i64; N],
+    ) -> Lanes<N, 3> {
+        let mut along = [0; N];
+        sink.write(
+            &self.dn_dot[col],
+            Reg::JacNIdotDn,
+            col,
+            |i| dot::<T>(take(n, i), take(dn, i)),
+            |i| 2 * n_exp[i],
+            &mut along,
+        );
+        let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
+        let mut along = [0; N];
+        sink.write(&self.along, Reg::JacAlong, col, product, |_| 0, &mut along);
+        let (lift_dn, lift_along) = (self.lift_dn[col], self.lift_along[col]);
+        let mut out = [[0; N]; 3];
+        for (c, (out, (n, dn))) in out.iter_mut().zip(n.iter().zip(dn)).enumerate() {
+            let sum = |i: usize| (dn[i] << lift_dn) - (mul::<T>(n[i], along[i]) << lift_along);
+            let exp = |i: usize| n_exp[i];
+            sink.write(
+                &self.dn_perp[col],
+                Reg::JacDnPerp,
+                3 * col + c,
+                sum,
+                exp,
+                out,
+            );
         }
         out
     }
 
     /// ⟨n,h⟩/⟨e2,h⟩; 0 where e2 ⟂ h, which only a parallel frame has.
     #[inline(always)]
-    fn cotangent<T: Tap>(&self, sink: &mut Sink<'_, T>, roms: &Roms, n_h: i64, e2_h: i64) -> i64 {
-        let (m, e) = mantissa(e2_h.abs().max(1));
-        let y = if e2_h == 0 { 0 } else { roms.recip.recip(m) };
-        let (k, e_k) = mantissa(n_h.abs().max(1));
-        let k = if n_h == 0 { 0 } else { k };
-        let product = if (n_h < 0) == (e2_h < 0) {
-            k * y
-        } else {
-            -(k * y)
+    fn cotangent<const N: usize, T: Tap>(
+        &self,
+        sink: &mut LaneSink<'_, N, T>,
+        roms: &Roms,
+        n_h: &[i64; N],
+        e2_h: &[i64; N],
+    ) -> [i64; N] {
+        let lanes = sink.n;
+        let [mut m, mut e, mut y] = [[0; N]; 3];
+        mantissa(lanes, |i| e2_h[i].abs().max(1), &mut m, &mut e);
+        roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
+        let (mut k, mut e_k) = (m, [0; N]);
+        mantissa(lanes, |i| n_h[i].abs().max(1), &mut k, &mut e_k);
+        let product = |i: usize| {
+            let product = mul_unsigned::<T>(k[i], y[i]);
+            let product = if n_h[i] == 0 || e2_h[i] == 0 {
+                0
+            } else {
+                product
+            };
+            if (n_h[i] < 0) == (e2_h[i] < 0) {
+                product
+            } else {
+                -product
+            }
         };
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
-        let shift = 2 * P - e_k + e + self.cot_frac - i64::from(self.turn[0].format.frac);
-        sink.shift(&self.turn[0], Reg::JacTurn, 0, product, shift, 0)
+        let fixed = 2 * P + self.cot_frac - i64::from(self.turn[0].format.frac);
+        let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
+        let mut out = [0; N];
+        sink.shift(
+            &self.turn[0],
+            Reg::JacTurn,
+            0,
+            &shift,
+            product,
+            |_| 0,
+            &mut out,
+        );
+        out
+    }
+
+    /// ∂n⊥ + b1 ∂e1 + b2 ∂e2 of one column, exact.
+    #[inline(always)]
+    fn turned<const N: usize, T: Tap>(
+        &self,
+        sink: &mut LaneSink<'_, N, T>,
+        col: usize,
+        frame: &Bumped<'_, N>,
+        perp: &Lanes<N, 3>,
+        [inv_nn, cot, n_exp]: [&[i64; N]; 3],
+    ) -> Lanes<N, 3> {
+        let lanes = sink.n;
+        let e = [frame.e1, frame.e2];
+        let mut tilt = [[0; N]; 2];
+        for (k, tilt) in tilt.iter_mut().enumerate() {
+            let c = 2 * col + k;
+            let mut along = [0; N];
+            sink.write(
+                &self.perp_dot_e[k],
+                Reg::JacPerpDotE,
+                c,
+                |i| dot::<T>(take(perp, i), take(e[k], i)),
+                |i| 2 * n_exp[i],
+                &mut along,
+            );
+            let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
+            sink.write(&self.tilt, Reg::JacTilt, c, product, |_| 0, tilt);
+        }
+        let product = |i: usize| mul::<T>(tilt[0][i], cot[i]);
+        let mut turn = [0; N];
+        sink.write(
+            &self.turn[1],
+            Reg::JacTurn,
+            1 + col,
+            product,
+            |_| 0,
+            &mut turn,
+        );
+        let mut out = [[0; N]; 3];
+        for (c, out) in out.iter_mut().enumerate() {
+            *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
+            for k in 0..2 {
+                let (other, sign) = if k == 0 { (e[1], 1) } else { (e[0], -1) };
+                let lift = self.de_lift[k];
+                let exact = |i: usize| {
+                    ((sign * mul::<T>(turn[i], other[c][i])) << lift[1])
+                        - (mul::<T>(tilt[k][i], frame.n[c][i]) << lift[0])
+                };
+                let at = 6 * col + 3 * k + c;
+                let mut de = [0; N];
+                sink.write(&self.de[k], Reg::JacDe, at, exact, |i| n_exp[i], &mut de);
+                *out = each(lanes, |i| {
+                    out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1])
+                });
+            }
+        }
+        out
     }
 }
 
@@ -190,94 +296,69 @@ pub fn normal<const N: usize, T: Tap>(
     tap: &mut T,
 ) {
     let mod_frac = i64::from(cfg.dn_mod[0].format.frac);
-    for lane in 0..flags.len().min(N) {
-        let flags = &mut flags[lane];
-        let mut sink = Sink { lane, flags, tap };
-        let dn = take(input.dn, lane);
-        let dn = [[dn[0], dn[1], dn[2]], [dn[3], dn[4], dn[5]]];
-        let n_exp = input.n_exp[lane];
-        let lift = input.n_lift[lane];
-        let exp = n_exp + lift;
-        let mut out = [0; 6];
-        match (&input.bumped, cfg.dnmod) {
-            (None, _) | (_, Dnmod::Paper) => {
-                for (col, dn) in dn.iter().enumerate() {
-                    for i in 0..3 {
-                        let shift = cfg.dn_mod[col].frac_in - mod_frac + lift;
-                        out[3 * col + i] = sink.shift(
-                            &cfg.dn_mod[col],
-                            Reg::JacDnMod,
-                            3 * col + i,
-                            dn[i],
-                            shift,
-                            exp,
-                        );
-                    }
+    let mut sink = LaneSink::<N, T>::new(flags, tap);
+    let lanes = sink.n;
+    let (n_exp, lift) = (input.n_exp, input.n_lift);
+    let exp = |i: usize| n_exp[i] + lift[i];
+    let frame = match (&input.bumped, cfg.dnmod) {
+        (None, _) | (_, Dnmod::Paper) => {
+            for (col, q) in [(0, &cfg.dn_mod[0]), (1, &cfg.dn_mod[1])] {
+                let shift = Shift::new(lanes, q, |i| q.frac_in - mod_frac + lift[i]);
+                for c in 3 * col..3 * col + 3 {
+                    let dn = |i: usize| input.dn[c][i];
+                    sink.shift(q, Reg::JacDnMod, c, &shift, dn, exp, &mut dn_mod[c]);
                 }
             }
-            (Some(frame), policy) => {
-                let n = take(frame.n, lane);
-                let (m, e) = mantissa(dot(n, n).max(1));
-                let inv_shift =
-                    i64::from(PORT_FRAC) + e - 2 * cfg.n_frac - i64::from(cfg.inv_nn.format.frac);
-                let inv_nn = sink.shift(
-                    &cfg.inv_nn,
-                    Reg::JacInvNn,
-                    0,
-                    roms.recip.recip(m),
-                    inv_shift,
-                    -2 * n_exp,
-                );
-                let perp =
-                    [0, 1].map(|col| cfg.perpendicular(&mut sink, col, n, dn[col], inv_nn, n_exp));
-                if policy == Dnmod::Normal {
-                    let perp_frac = i64::from(cfg.dn_perp[0].format.frac);
-                    for (c, x) in perp.into_iter().flatten().enumerate() {
-                        let shift = perp_frac - mod_frac + lift;
-                        out[c] = sink.shift(&cfg.dn_mod[2], Reg::JacDnMod, c, x, shift, exp);
-                    }
-                } else {
-                    let h = take(frame.h, lane);
-                    let e = [take(frame.e1, lane), take(frame.e2, lane)];
-                    let b = take(frame.b, lane);
-                    let cot = cfg.cotangent(&mut sink, roms, dot(n, h), dot(e[1], h));
-                    for (col, perp) in perp.into_iter().enumerate() {
-                        let mut tilt = [0; 2];
-                        for k in 0..2 {
-                            let c = 2 * col + k;
-                            let along = sink.write(
-                                &cfg.perp_dot_e[k],
-                                Reg::JacPerpDotE,
-                                c,
-                                dot(perp, e[k]),
-                                2 * n_exp,
-                            );
-                            tilt[k] = sink.write(&cfg.tilt, Reg::JacTilt, c, along * inv_nn, 0);
-                        }
-                        let turn =
-                            sink.write(&cfg.turn[1], Reg::JacTurn, 1 + col, tilt[0] * cot, 0);
-                        for i in 0..3 {
-                            let mut sum = perp[i] << cfg.b_lift[0];
-                            for k in 0..2 {
-                                let spin = if k == 0 {
-                                    turn * e[1][i]
-                                } else {
-                                    -(turn * e[0][i])
-                                };
-                                let de = (spin << cfg.de_lift[k][1])
-                                    - ((tilt[k] * n[i]) << cfg.de_lift[k][0]);
-                                let c = 6 * col + 3 * k + i;
-                                let de = sink.write(&cfg.de[k], Reg::JacDe, c, de, n_exp);
-                                sum += (b[k] * de) << cfg.b_lift[1];
-                            }
-                            let shift = cfg.dn_mod[2].frac_in - mod_frac + lift;
-                            let c = 3 * col + i;
-                            out[c] = sink.shift(&cfg.dn_mod[2], Reg::JacDnMod, c, sum, shift, exp);
-                        }
-                    }
-                }
-            }
+            return;
         }
-        store(dn_mod, lane, out);
+        (Some(frame), _) => frame,
+    };
+    let n = frame.n;
+    let square: [i64; N] = each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1));
+    let [mut m, mut e, mut inv] = [[0; N]; 3];
+    mantissa(lanes, |i| square[i], &mut m, &mut e);
+    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut inv);
+    let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - i64::from(cfg.inv_nn.format.frac);
+    let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
+    let inv_exp = |i: usize| -2 * n_exp[i];
+    let mut inv_nn = [0; N];
+    sink.shift(
+        &cfg.inv_nn,
+        Reg::JacInvNn,
+        0,
+        &shift,
+        |i| inv[i],
+        inv_exp,
+        &mut inv_nn,
+    );
+    let mut perp = [[[0; N]; 3]; 2];
+    for (col, perp) in perp.iter_mut().enumerate() {
+        *perp = cfg.perpendicular(&mut sink, col, n, column(input.dn, col), &inv_nn, n_exp);
+    }
+    let q = &cfg.dn_mod[2];
+    let mut exact_frac = i64::from(cfg.dn_perp[0].format.frac);
+    if cfg.dnmod == Dnmod::Frame {
+        let n_h = each(lanes, |i| dot::<T>(take(n, i), take(frame.h, i)));
+        let e2_h = each(lanes, |i| dot::<T>(take(frame.e2, i), take(frame.h, i)));
+        let cot = cfg.cotangent(&mut sink, roms, &n_h, &e2_h);
+        for (col, perp) in perp.iter_mut().enumerate() {
+            *perp = cfg.turned(&mut sink, col, frame, perp, [&inv_nn, &cot, n_exp]);
+        }
+        exact_frac = q.frac_in;
+    }
+    let shift = Shift::new(lanes, q, |i| exact_frac - mod_frac + lift[i]);
+    for (col, perp) in perp.iter().enumerate() {
+        for (c, perp) in perp.iter().enumerate() {
+            let c = 3 * col + c;
+            sink.shift(
+                q,
+                Reg::JacDnMod,
+                c,
+                &shift,
+                |i| perp[i],
+                exp,
+                &mut dn_mod[c],
+            );
+        }
     }
 }

@@ -1,0 +1,165 @@
+//! From the words of fragments to the registers behind the ports.
+
+use super::Unit;
+use super::block::{NO_FLAGS, Ports, State, Words};
+use crate::fx::Quantizer;
+use crate::lanes::LaneSink;
+use crate::port::{scalar_lanes, vector_lanes};
+use crate::regs::{Event, Reg};
+use crate::stages::Lanes;
+use crate::tap::Tap;
+
+impl Unit {
+    /// Puts one fragment into lane `ports.len`, which must be below `N`. Nothing is written yet:
+    /// [`Unit::ports`] does that.
+    #[inline(always)]
+    pub fn load<const N: usize>(&self, ports: &mut Ports<N>, words: &Words) {
+        let lane = ports.len;
+        if lane >= N {
+            return;
+        }
+        ports.len += 1;
+        let put = |to: &mut [[u64; N]], from: &[u64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                to[lane] = *from;
+            }
+        };
+        put(&mut ports.v, &words.v);
+        put(&mut ports.n, &words.n);
+        put(&mut ports.dv, words.dv.as_flattened());
+        put(&mut ports.dn, words.dn.as_flattened());
+        if self.bump.is_some() {
+            put(&mut ports.b, &words.b);
+        }
+        if self.roughness.is_some() {
+            put(&mut ports.d, &words.d);
+        }
+        if self.frame.is_some() {
+            put(&mut ports.h, &words.h);
+        }
+    }
+
+    /// The ports: n, v and h normalised, everything else written to its register.
+    #[inline(always)]
+    pub fn ports<const N: usize, T: Tap>(
+        &self,
+        ports: &Ports<N>,
+        state: &mut State<N>,
+        tap: &mut T,
+    ) {
+        state.flags = [NO_FLAGS; N];
+        let input = &mut state.input;
+        let mut finite = [true; N];
+        let flags = &mut state.flags[..ports.len];
+        let mut sink = LaneSink::<N, T>::new(flags, tap);
+        let (n_port, n_reg) = match &self.frame {
+            Some(frame) => (&frame.n, Reg::FrameN),
+            None => (&self.reflect.n, Reg::ReflectN),
+        };
+        let v_port = (&self.reflect.v, Reg::ReflectV);
+        vector(
+            &mut sink,
+            v_port,
+            &ports.v,
+            &mut finite,
+            &mut input.v,
+            &mut input.v_exp,
+        );
+        vector(
+            &mut sink,
+            (n_port, n_reg),
+            &ports.n,
+            &mut finite,
+            &mut input.n,
+            &mut input.n_exp,
+        );
+        for col in 0..2 {
+            let dv = (&self.jacobian.dv[col], [Reg::JacDvDx, Reg::JacDvDy][col]);
+            let dn = (&self.normal.dn[col], [Reg::JacDnDx, Reg::JacDnDy][col]);
+            for c in 0..3 {
+                let k = 3 * col + c;
+                scalar(
+                    &mut sink,
+                    dv,
+                    c,
+                    &ports.dv[k],
+                    &input.v_exp,
+                    &mut finite,
+                    &mut input.dv[k],
+                );
+                scalar(
+                    &mut sink,
+                    dn,
+                    c,
+                    &ports.dn[k],
+                    &input.n_exp,
+                    &mut finite,
+                    &mut input.dn[k],
+                );
+            }
+        }
+        if let Some(bump) = &self.bump {
+            for (c, b) in input.b.iter_mut().enumerate() {
+                let port = (&bump.b, Reg::BumpB);
+                scalar(&mut sink, port, c, &ports.b[c], &[0; N], &mut finite, b);
+            }
+        }
+        if let Some(rough) = &self.roughness {
+            for (c, d) in input.d.iter_mut().enumerate() {
+                let port = (&rough.d, Reg::RoughD);
+                scalar(&mut sink, port, c, &ports.d[c], &[0; N], &mut finite, d);
+            }
+        }
+        if let Some(frame) = &self.frame {
+            let h_port = (&frame.h, Reg::FrameH);
+            vector(
+                &mut sink,
+                h_port,
+                &ports.h,
+                &mut finite,
+                &mut input.h,
+                &mut input.h_exp,
+            );
+        }
+        let mut not_finite = [false; N];
+        for (not, finite) in not_finite.iter_mut().zip(&finite) {
+            *not = !finite;
+        }
+        sink.event(Event::InputNotFinite, &not_finite);
+    }
+}
+
+/// A port of a vector: mantissas, and the power of two that was taken out.
+#[inline(always)]
+fn vector<const N: usize, T: Tap>(
+    sink: &mut LaneSink<'_, N, T>,
+    (q, reg): (&Quantizer, Reg),
+    words: &[[u64; N]; 3],
+    finite: &mut [bool; N],
+    out: &mut Lanes<N, 3>,
+    exp: &mut [i64; N],
+) {
+    vector_lanes(sink.n, q, words, finite, out, exp);
+    for (c, m) in out.iter().enumerate() {
+        sink.put(reg, c, m, |i| exp[i]);
+    }
+    let nominal = i64::from(q.format.magnitude_bits()) - 1;
+    for exp in &mut exp[..sink.n] {
+        *exp = nominal - *exp;
+    }
+}
+
+/// A port of a number.
+#[inline(always)]
+fn scalar<const N: usize, T: Tap>(
+    sink: &mut LaneSink<'_, N, T>,
+    (q, reg): (&Quantizer, Reg),
+    c: usize,
+    words: &[u64; N],
+    exponent: &[i64; N],
+    finite: &mut [bool; N],
+    out: &mut [i64; N],
+) {
+    scalar_lanes(sink.n, (q, reg), words, exponent, finite, sink.flags, out);
+    sink.put(reg, c, out, |i| i64::from(q.format.frac) - exponent[i]);
+}

@@ -1,0 +1,80 @@
+//! `impostor`: a scene's distance impostor as a file; `impostor study`: what it is good for.
+
+use std::path::PathBuf;
+
+use super::output::Origin;
+use super::{Failure, impostor_study};
+use crate::error::InputError;
+use crate::image::whole::WholeFile;
+use crate::impostor::{Impostor, write_impostor};
+use crate::scene::SceneOptions;
+use crate::scene::hit;
+use crate::unit::UnitSpec;
+
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    command: Option<Sub>,
+    /// Built-in scene with a world around it: room, columns, doorway.
+    scene: Option<String>,
+    /// EXR file: six faces stacked vertically; channels R G B, distance, wall.index, wall.u, wall.v.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Texels along an edge of a face.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    face_size: Option<usize>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Sub {
+    /// Errors of the hit against iterations, method, distance word, impostor size and footprint.
+    Study(impostor_study::Args),
+}
+
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(Sub::Study(study)) = &args.command {
+        return impostor_study::run(study);
+    }
+    let usage = |expected: &str| {
+        InputError::new(
+            "impostor",
+            expected,
+            "none",
+            "write `tapline impostor room -o room.exr` or `tapline impostor study room`",
+        )
+    };
+    let scene = args.scene.as_ref().ok_or_else(|| usage("a scene"))?;
+    let output = args
+        .output
+        .as_ref()
+        .ok_or_else(|| usage("an output file by -o"))?;
+    let is_exr = output
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if !is_exr {
+        return Err(InputError::new(
+            output.display().to_string(),
+            "a name that ends in .exr",
+            "another ending",
+            "distances need a float format",
+        )
+        .into());
+    }
+    let options = SceneOptions {
+        // The impostor does not depend on the picture.
+        width: 1,
+        height: 1,
+        face_size: args.face_size,
+        bump: None,
+        mesh: None,
+    };
+    let scene = hit::build(scene, &options)?;
+    let mut file = WholeFile::create(output)?;
+    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let origin = Origin::new(&UnitSpec::default());
+    let attributes = origin.attributes(&format!("impostor of {}", scene.info.name));
+    file.write_with(|w| write_impostor(w, &impostor, &attributes))?;
+    file.commit()?;
+    Ok(())
+}

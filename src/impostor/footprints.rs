@@ -1,0 +1,234 @@
+//! Footprints at the hit: a cone's disc, its cut with the wall, the mirror's own derivative and the exact
+//! differential, each through the elliptical Gaussian and against supersampled rays.
+
+use rayon::prelude::*;
+
+use crate::cube::{CubeMap, FACE_AXES, face_uv};
+use crate::fragment::HitFragment;
+use crate::picture::Picture;
+use crate::reference::{Env, Flags, Texture, ewa_counted};
+use crate::scene::dual::{cross, dot};
+use crate::scene::hit::HitScene;
+use crate::truth::texels::PaddedCube;
+use crate::truth::{TruthOptions, TruthPicture, supersample};
+
+/// What spans the footprint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Footprint {
+    /// |w|·[t1 t2] across the ray.
+    Disc,
+    /// The disc's cut with the wall, stretched at most by the unit's 16 probes.
+    Plane,
+    /// The change of R alone, as if the wall were infinitely far: |l|·[∂R/∂x ∂R/∂y].
+    Surface,
+    /// The change of the real hit over a pixel; the disc where the pixel meets two walls.
+    Differential,
+}
+
+impl Footprint {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Disc, Self::Plane, Self::Surface, Self::Differential];
+
+    /// Its name in results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Disc => "disc",
+            Self::Plane => "plane",
+            Self::Surface => "surface",
+            Self::Differential => "differential",
+        }
+    }
+}
+
+/// Two unit vectors across a unit vector: t1 = unit(e_k × R) for the smallest |R_k| (ties z, y, x), t2 =
+/// R × t1.
+#[must_use]
+pub fn across(r: [f64; 3]) -> [[f64; 3]; 2] {
+    let mut k = 2;
+    for axis in [1, 0] {
+        if r[axis].abs() < r[k].abs() {
+            k = axis;
+        }
+    }
+    let mut e = [0.0; 3];
+    e[k] = 1.0;
+    let c = cross(e, r);
+    let size = dot(c, c).sqrt();
+    let t1 = c.map(|x| x / size);
+    [t1, cross(r, t1)]
+}
+
+/// Face, u, v and K of a footprint spanned by two changes of l.
+#[must_use]
+pub fn spanned(l: [f64; 3], columns: [[f64; 3]; 2]) -> Env {
+    let (face, u, v) = face_uv(l);
+    let [(s, s_sign), (t, t_sign), (m, m_sign)] = FACE_AXES[face];
+    let major = l[m].abs();
+    let column = |c: [f64; 3]| {
+        let along = m_sign * c[m];
+        [
+            (s_sign * c[s] - u * along) / major,
+            (t_sign * c[t] - v * along) / major,
+        ]
+    };
+    let [[a, b], [c, d]] = columns.map(column);
+    Env {
+        face,
+        u,
+        v,
+        d: [[a, c], [b, d]],
+        k: [a * a + c * c, a * b + c * d, b * b + d * d],
+        lambda: [0.0; 2],
+        axis: [1.0, 0.0],
+        probes: 1,
+        lod: 0.0,
+        flags: Flags::default(),
+        color: [0.0; 3],
+    }
+}
+
+/// The first ray at an image position.
+fn first(scene: &HitScene, px: f64, py: f64) -> Option<HitFragment> {
+    let mut found = None;
+    scene.view.leaving(px, py, &mut |leaving| {
+        if found.is_none() {
+            found = Some(leaving.fragment);
+        }
+    });
+    found
+}
+
+fn differences(
+    scene: &HitScene,
+    [px, py]: [f64; 2],
+    of: &dyn Fn(HitFragment) -> Option<[f64; 3]>,
+) -> Option<[[f64; 3]; 2]> {
+    let at = |px: f64, py: f64| first(scene, px, py).and_then(of);
+    let one = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| b[i] - a[i]);
+    Some([
+        one(at(px - 0.5, py)?, at(px + 0.5, py)?),
+        one(at(px, py - 0.5)?, at(px, py + 0.5)?),
+    ])
+}
+
+/// The picture of real hits whose footprints are filtered by the elliptical Gaussian on the impostor's
+/// texels.
+#[must_use]
+pub fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
+    let texture = Texture::new(map);
+    let pixels = scene.pixels();
+    let colours: Vec<[f64; 3]> = pixels
+        .par_iter()
+        .map(|pixel| {
+            let [px, py] = pixel.map(|c| f64::from(c) + 0.5);
+            let one = || {
+                let ray = first(scene, px, py)?;
+                let sight = scene.view.world.look(ray.x, ray.r)?;
+                let [angle, width] = ray.cone?;
+                let w = (width + angle * sight.meeting.t).abs();
+                let disc = across(ray.r).map(|t| t.map(|c| c * w));
+                let l = sight.point;
+                let columns = match kind {
+                    Footprint::Disc => disc,
+                    Footprint::Plane => {
+                        let n = sight.meeting.normal;
+                        let towards = dot(n, ray.r);
+                        let bounded = towards.abs().max(1.0 / 16.0).copysign(towards);
+                        disc.map(|t| {
+                            let share = dot(n, t) / bounded;
+                            [0, 1, 2].map(|i| t[i] - ray.r[i] * share)
+                        })
+                    }
+                    Footprint::Surface => {
+                        let size = dot(l, l).sqrt();
+                        differences(scene, [px, py], &|ray| Some(ray.r.map(|c| c * size)))
+                            .unwrap_or(disc)
+                    }
+                    Footprint::Differential => differences(scene, [px, py], &|ray| {
+                        let other = scene.view.world.look(ray.x, ray.r)?;
+                        (other.wall == sight.wall).then_some(other.point)
+                    })
+                    .unwrap_or(disc),
+                };
+                Some(ewa_counted(&spanned(l, columns), &texture).color)
+            };
+            one().unwrap_or([0.0; 3])
+        })
+        .collect();
+    let mut picture = Picture::new(scene.width, scene.height);
+    for ([column, row], colour) in pixels.into_iter().zip(colours) {
+        let index = row as usize * scene.width + column as usize;
+        picture.rgb[index] = colour;
+        picture.covered[index] = true;
+    }
+    picture
+}
+
+/// Real rays through every pixel, that read the impostor's texels: what the footprints approximate.
+#[must_use]
+pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> TruthPicture {
+    let colours = PaddedCube::new(&map.levels[0]);
+    let shade = |px: f64, py: f64| {
+        let ray = first(scene, px, py)?;
+        Some(
+            scene
+                .view
+                .world
+                .look(ray.x, ray.r)
+                .map_or([0.0; 3], |sight| colours.look_up(sight.point)),
+        )
+    };
+    let pixels = scene.pixels();
+    supersample(
+        [scene.width, scene.height],
+        &pixels,
+        &shade,
+        options,
+        &|_| {},
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cube::direction;
+
+    #[test]
+    fn a_span_is_the_derivative_of_the_face_coordinates() {
+        for face in 0..6 {
+            let l = direction(face, 0.3, -0.6).map(|c| 2.5 * c);
+            let columns = [[0.2, -0.1, 0.3], [-0.4, 0.25, 0.15]];
+            let got = spanned(l, columns);
+            for (j, column) in columns.iter().enumerate() {
+                let h = 1e-6;
+                let at = |s: f64| face_uv([0, 1, 2].map(|i| l[i] + s * column[i]));
+                let ((_, u0, v0), (_, u1, v1)) = (at(-h), at(h));
+                // Central differences: h² of curvature and 1e-16/h of rounding.
+                assert!(((u1 - u0) / (2.0 * h) - got.d[0][j]).abs() < 1e-9);
+                assert!(((v1 - v0) / (2.0 * h) - got.d[1][j]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn the_two_vectors_across_a_ray_are_orthonormal() {
+        for r in [
+            [1.0, 0.0, 0.0],
+            [0.0, 0.0, -1.0],
+            [0.48, 0.6, 0.64],
+            [0.6, -0.8, 0.0],
+        ] {
+            let [a, b] = across(r);
+            for (x, y, want) in [
+                (a, a, 1.0),
+                (b, b, 1.0),
+                (a, b, 0.0),
+                (a, r, 0.0),
+                (b, r, 0.0),
+            ] {
+                assert!((dot(x, y) - want).abs() < 1e-15);
+            }
+        }
+    }
+}

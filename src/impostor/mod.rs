@@ -1,0 +1,213 @@
+//! Distance impostors: what a world looks like from a reference point, as three cube maps.
+//!
+//! All three have Vulkan's faces with texel centres at half texels (see [`crate::cube`]):
+//! colour with its mip chain, the Euclidean distance from the reference point (not a depth along a face's
+//! axis), and the place on the wall that is seen, for light maps.
+//!
+//! Source: Szirmay-Kalos, Aszódi, Lazányi, "Ray Tracing Effects without Tracing Rays" (2005).
+
+pub mod footprints;
+pub mod iterate;
+pub mod sampler;
+pub mod study;
+pub mod write;
+
+use rayon::prelude::*;
+
+use crate::cube::{CubeLevel, CubeMap, direction};
+use crate::distance::DistanceCube;
+use crate::image::build_mips;
+use crate::image::mips::narrow;
+use crate::scene::world::World;
+
+pub use crate::image::{CleanedDistances, load_distance};
+pub use write::write_impostor;
+
+/// Rays along each side of a texel whose mean is its colour.
+const SAMPLES: usize = 4;
+
+/// Which wall a direction sees, and where on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallPlace {
+    /// Number of the wall in [`World::walls`]; −1 where nothing is seen.
+    pub wall: i32,
+    /// Place on it, 0…1 each way.
+    pub uv: [f32; 2],
+}
+
+/// Wall places by direction. Read the nearest texel: between two walls there is nothing to interpolate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WallCube {
+    /// Texels along an edge.
+    pub size: usize,
+    /// Face-major, then row-major.
+    pub texels: Vec<WallPlace>,
+}
+
+/// A world seen from a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impostor {
+    /// Linear RGB, the mean of 4 × 4 rays a texel, with the mip chain.
+    pub colour: CubeMap,
+    /// Distance along the ray through each texel's centre; +∞ where it escapes.
+    pub distance: DistanceCube,
+    /// What that ray meets.
+    pub walls: WallCube,
+}
+
+/// u or v of sample `sample` of `of` in texel `texel` of a face of `size`.
+fn at(texel: usize, sample: usize, of: usize, size: usize) -> f64 {
+    let halves = (of * size) as f64;
+    ((2 * (of * texel + sample) + 1) as f64 - halves) / halves
+}
+
+impl Impostor {
+    /// Looks around from `reference`, with `size` ≥ 1 texels along a face's edge.
+    #[must_use]
+    pub fn build(world: &World, reference: [f64; 3], size: usize) -> Self {
+        let rows: Vec<(Vec<_>, Vec<_>)> = (0..6 * size)
+            .into_par_iter()
+            .map(|row| {
+                let (face, y) = (row / size, row % size);
+                (0..size)
+                    .map(|x| {
+                        (
+                            colour(world, reference, size, [face, x, y]),
+                            centre(world, reference, size, [face, x, y]),
+                        )
+                    })
+                    .unzip()
+            })
+            .collect();
+        let (colours, centres): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+        let (distances, walls) = centres.concat().into_iter().unzip();
+        Self {
+            colour: build_mips(CubeLevel {
+                size,
+                texels: colours.concat(),
+            }),
+            distance: DistanceCube {
+                size,
+                texels: distances,
+            },
+            walls: WallCube {
+                size,
+                texels: walls,
+            },
+        }
+    }
+}
+
+fn colour(world: &World, reference: [f64; 3], size: usize, [face, x, y]: [usize; 3]) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    for j in 0..SAMPLES {
+        for i in 0..SAMPLES {
+            let d = direction(face, at(x, i, SAMPLES, size), at(y, j, SAMPLES, size));
+            for (sum, c) in sum.iter_mut().zip(world.radiance(reference, d)) {
+                *sum += c;
+            }
+        }
+    }
+    sum.map(|c| narrow(c / (SAMPLES * SAMPLES) as f64))
+}
+
+fn centre(
+    world: &World,
+    reference: [f64; 3],
+    size: usize,
+    [face, x, y]: [usize; 3],
+) -> (f32, WallPlace) {
+    let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
+    match world.look(reference, d) {
+        None => (
+            f32::INFINITY,
+            WallPlace {
+                wall: -1,
+                uv: [0.0; 2],
+            },
+        ),
+        Some(sight) => {
+            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+            (
+                narrow(sight.meeting.t * length),
+                WallPlace {
+                    wall: i32::try_from(sight.wall).unwrap_or(i32::MAX),
+                    uv: sight.uv.map(narrow),
+                },
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::world::bodies::{Ball, Cuboid};
+    use crate::scene::world::paint::Paint;
+
+    #[test]
+    fn distances_are_euclidean_and_infinite_where_a_ray_escapes() {
+        let world = World::default().with(
+            Ball {
+                centre: [0.0, 0.0, -3.0],
+                radius: 1.0,
+            },
+            Paint::Tiled { colour: [0.5; 3] },
+        );
+        let got = Impostor::build(&world, [0.0; 3], 33);
+        // The middle of −z sees the ball 2 away; +x sees nothing.
+        let texel = |face: usize, x: usize, y: usize| (face * 33 + y) * 33 + x;
+        assert!((got.distance.texels[texel(5, 16, 16)] - 2.0).abs() < 1e-6);
+        assert!(got.distance.texels[texel(0, 16, 16)].is_infinite());
+        assert_eq!(got.walls.texels[texel(0, 16, 16)].wall, -1);
+        assert_eq!(got.walls.texels[texel(5, 16, 16)].wall, 0);
+        assert!(
+            got.colour.levels[0]
+                .texel(0, 3, 4)
+                .iter()
+                .all(|c| c.abs() <= 0.0)
+        );
+        assert_eq!(got.colour.levels.len(), 6);
+    }
+
+    #[test]
+    fn every_texel_of_a_box_lies_on_its_wall() {
+        let room = Cuboid {
+            low: [-1.0, -2.0, -3.0],
+            high: [4.0, 5.0, 6.0],
+        };
+        let world = World::default().with(room, Paint::Room);
+        let reference = [0.5, -0.25, 1.0];
+        let size = 16;
+        let got = Impostor::build(&world, reference, size);
+        let mut seen = [0; 6];
+        for (index, (distance, place)) in got
+            .distance
+            .texels
+            .iter()
+            .zip(&got.walls.texels)
+            .enumerate()
+        {
+            let (face, y, x) = (index / size / size, index / size % size, index % size);
+            let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
+            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+            let point: [f64; 3] =
+                std::array::from_fn(|i| reference[i] + f64::from(*distance) * d[i] / length);
+            let wall = usize::try_from(place.wall).unwrap_or(usize::MAX);
+            let axis = wall / 2;
+            let plane = if wall % 2 == 0 { room.high } else { room.low };
+            // Distances below 10, rounded to f32: half an ulp is 2⁻²¹.
+            assert!(
+                (point[axis] - plane[axis]).abs() < 1e-6,
+                "{index} {point:?}"
+            );
+            seen[wall] += 1;
+            let [a, b] = [[2, 1], [0, 2], [0, 1]][axis];
+            for (uv, k) in place.uv.into_iter().zip([a, b]) {
+                let back = room.low[k] + f64::from(uv) * (room.high[k] - room.low[k]);
+                assert!((back - point[k]).abs() < 2e-6);
+            }
+        }
+        assert!(seen.iter().all(|n| *n > 20), "{seen:?}");
+    }
+}

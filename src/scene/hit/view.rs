@@ -1,0 +1,164 @@
+//! An eye, a reflective object and the world around both.
+
+use std::sync::Arc;
+
+use super::object::Object;
+use crate::fragment::HitFragment;
+use crate::scene::dual::{cross, dot};
+use crate::scene::surface::Camera;
+use crate::scene::world::World;
+
+/// What the object does with light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finish {
+    /// Reflects all of it.
+    Mirror,
+}
+
+/// A ray that leaves the object, and its share of the pixel's light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaving {
+    /// The unit's input; x is relative to the reference point.
+    pub fragment: HitFragment,
+    /// Linear RGB factor of what the ray finds.
+    pub weight: [f64; 3],
+}
+
+/// A camera in a world with a reflective object. The impostor's reference point is the world's origin.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Axes and focal length.
+    pub camera: Camera,
+    /// Where the camera stands.
+    pub eye: [f64; 3],
+    /// What reflects.
+    pub object: Arc<dyn Object>,
+    /// Its finish.
+    pub finish: Finish,
+    /// What surrounds it; the object itself is not part of it.
+    pub world: World,
+}
+
+fn unit(a: [f64; 3]) -> [f64; 3] {
+    let length = dot(a, a).sqrt();
+    a.map(|c| c / length)
+}
+
+/// A camera that looks from `eye` at `aim` with +y up.
+#[must_use]
+pub fn look_at(eye: [f64; 3], aim: [f64; 3], [width, height]: [usize; 2], focal: f64) -> Camera {
+    let forward = unit([0, 1, 2].map(|i| aim[i] - eye[i]));
+    let right = unit(cross(forward, [0.0, 1.0, 0.0]));
+    Camera {
+        right,
+        down: cross(forward, right),
+        forward,
+        focal,
+        centre: [width, height].map(|n| n as f64 / 2.0),
+    }
+}
+
+impl View {
+    /// Tells `each` every ray that leaves the object at an image position (pixels from the top left
+    /// corner); false where the object is missed.
+    ///
+    /// The cone starts with the angle that a pixel has at the eye, 1/|ray| for a ray in pixels, is as wide as
+    /// angle · distance on the surface, and reflects as α' = α + 2k|w|.
+    pub fn leaving(&self, px: f64, py: f64, each: &mut dyn FnMut(Leaving)) -> bool {
+        let ray = self.camera.ray(px, py);
+        let Some(skin) = self.object.skin(self.eye, ray, 0.0) else {
+            return false;
+        };
+        let x = [0, 1, 2].map(|i| self.eye[i] + skin.t * ray[i]);
+        let length = dot(ray, ray).sqrt();
+        let angle = 1.0 / length;
+        // The distance is t·|ray|, so that the width is t: a pixel is as wide as the ray's own unit.
+        let width = skin.t;
+        match self.finish {
+            Finish::Mirror => {
+                let along = 2.0 * dot(ray, skin.normal);
+                let r = unit([0, 1, 2].map(|i| ray[i] - along * skin.normal[i]));
+                each(Leaving {
+                    fragment: HitFragment {
+                        x,
+                        r,
+                        cone: Some([angle + 2.0 * skin.curvature * width.abs(), width]),
+                    },
+                    weight: [1.0; 3],
+                });
+            }
+        }
+        true
+    }
+
+    /// What real rays through an image position see in the object; `None` where it is missed.
+    #[must_use]
+    pub fn shade(&self, px: f64, py: f64) -> Option<[f64; 3]> {
+        let mut sum = [0.0; 3];
+        self.leaving(px, py, &mut |leaving| {
+            let found = self.world.radiance(leaving.fragment.x, leaving.fragment.r);
+            for ((sum, c), weight) in sum.iter_mut().zip(found).zip(leaving.weight) {
+                *sum += weight * c;
+            }
+        })
+        .then_some(sum)
+    }
+
+    /// What the eye sees past the object: the mean of 4 × 4 rays through the pixel.
+    #[must_use]
+    pub fn past(&self, column: usize, row: usize) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for j in 0..4 {
+            for i in 0..4 {
+                let at = |n: usize, k: usize| n as f64 + (2 * k + 1) as f64 / 8.0;
+                let ray = self.camera.ray(at(column, i), at(row, j));
+                for (sum, c) in sum.iter_mut().zip(self.world.radiance(self.eye, ray)) {
+                    *sum += c / 16.0;
+                }
+            }
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::world::bodies::Ball;
+    use crate::scene::world::built_in;
+
+    #[test]
+    fn the_cone_is_as_wide_as_the_rays_of_a_pixel_where_the_mirror_is_met_head_on() {
+        let ball = Ball {
+            centre: [0.5, 0.25, -2.0],
+            radius: 0.75,
+        };
+        let eye = [0.5, 0.25, 3.0];
+        let view = View {
+            camera: look_at(eye, ball.centre, [64, 64], 400.0),
+            eye,
+            object: Arc::new(ball),
+            finish: Finish::Mirror,
+            world: built_in::room(),
+        };
+        let at = |px: f64| {
+            let mut found = None;
+            assert!(view.leaving(px, 32.0, &mut |l| found = Some(l.fragment)));
+            found.unwrap()
+        };
+        let (left, middle, right) = (at(31.5), at(32.0), at(32.5));
+        let [angle, width] = middle.cone.unwrap();
+        let apart = |a: [f64; 3], b: [f64; 3]| {
+            let d = [0, 1, 2].map(|i| a[i] - b[i]);
+            dot(d, d).sqrt()
+        };
+        // Chords instead of arcs: relative errors of the order of the angles' squares, 1e-3.
+        assert!((apart(left.x, right.x) / width - 1.0).abs() < 1e-3);
+        assert!((apart(left.r, right.r) / angle - 1.0).abs() < 1e-3);
+        assert!(angle > 10.0 / 400.0, "the ball widens the cone");
+        // The middle ray comes straight back.
+        assert!((middle.r[2] - 1.0).abs() < 1e-12);
+        // The silhouette's radius is 61 pixels.
+        assert!(view.leaving(-28.0, 32.0, &mut |_| ()) && !view.leaving(-30.0, 32.0, &mut |_| ()));
+    }
+}
