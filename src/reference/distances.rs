@@ -43,6 +43,11 @@ pub(super) fn unit(v: [f64; 3]) -> [f64; 3] {
     v.map(|x| x / size)
 }
 
+/// Whether every component is 0.
+pub(super) fn is_zero(v: [f64; 3]) -> bool {
+    v.iter().all(|c| *c == 0.0)
+}
+
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -156,8 +161,9 @@ impl Distances {
                 };
                 let [a, b, c, d] = [point(0, 0)?, point(1, 0)?, point(0, 1)?, point(1, 1)?];
                 let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-                let n = cross(unit(minus(d, a)), unit(minus(c, b)));
-                let zero = d == a || c == b || n == [0.0; 3];
+                let diagonals = [minus(d, a), minus(c, b)];
+                let n = cross(unit(diagonals[0]), unit(diagonals[1]));
+                let zero = is_zero(n) || diagonals.into_iter().any(is_zero);
                 (!zero).then_some(n)
             }
         }

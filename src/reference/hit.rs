@@ -3,7 +3,7 @@
 mod footprint;
 mod step;
 
-use super::distances::{Distances, length, unit};
+use super::distances::{Distances, is_zero, length, unit};
 use super::env::{Env, clean};
 use super::flags::{Flag, Flags};
 use super::prepared::Prepared;
@@ -88,7 +88,7 @@ pub fn hit<T: Tap>(
     if changed {
         flags.insert(Flag::HitNotFinite);
     }
-    if direction == [0.0; 3] {
+    if is_zero(direction) {
         flags.insert(Flag::HitNoDirection);
     }
     let r = unit(direction);
