@@ -1,7 +1,7 @@
 //! Distance memory: what HIT looks up, in units of one power of two for the whole map.
 //!
-//! The largest finite distance is below 2^scale, so that a room of a millimetre and one of a kilometre use the same
-//! registers. A box or a sphere is an ideal memory: the distance of the very direction, correctly rounded to the
+//! The largest finite distance lies in [1, 2)·2^scale (half of that where it would round up to 2), so that a room of a
+//! millimetre and one of a kilometre use the same registers. A box or a sphere is an ideal memory: the distance of the very direction, correctly rounded to the
 //! register `hit.distance`.
 
 use alloc::format;
@@ -88,6 +88,14 @@ fn single(word: u32) -> Option<(i64, i64)> {
     }
 }
 
+/// The power of two that puts m·2^e into [1, 2), or one more where it rounds up to 2.
+fn scale_for(q: &Quantizer, m: i64, e: i64) -> i64 {
+    let scale = top(m, e);
+    let frac = i64::from(q.format.frac);
+    let code = q.round(m, (scale - e - frac).min(62));
+    scale + i64::from(code >= 2 << frac)
+}
+
 /// Position of the leading one of m·2^e.
 fn top(m: i64, e: i64) -> i64 {
     e + 63 - i64::from(m.leading_zeros())
@@ -113,7 +121,7 @@ impl DistanceMemory {
         let finite = words.iter().filter_map(|w| single(*w));
         let scale = finite
             .filter(|(m, _)| *m != 0)
-            .map(|(m, e)| top(m, e) + 1)
+            .map(|(m, e)| scale_for(&q, m, e))
             .max()
             .unwrap_or(0);
         let plain: Vec<u32> = words
@@ -163,8 +171,8 @@ impl DistanceMemory {
             .filter(|p| p.0 > 0)
             .map(|p| top(p.0, p.1))
             .max();
-        // The corner's distance is below √3·2^(largest + 1).
-        let scale = largest.unwrap_or(0) + 2;
+        // The corner's distance is below √3·2^(largest + 1), that is √3 units.
+        let scale = largest.unwrap_or(0) + 1;
         let one = Quantizer::new(crate::fx::Format::unsigned(1, 30), 0);
         let edges = parts.map(|(m, e, _)| {
             one.write_shifted(m.max(0), (scale - e - HALF_EDGE_FRAC).min(62))
@@ -183,7 +191,7 @@ impl DistanceMemory {
         let q = register(config)?;
         let (m, e, _) = port::unpack(radius);
         let m = m.max(1);
-        let scale = top(m, e) + 1;
+        let scale = scale_for(&q, m, e);
         let code = encode(&q, m, e, scale);
         Ok(Self {
             scale,

@@ -1,5 +1,8 @@
 //! The HIT operation: outcomes, extremes, and the integer model beside the float reference.
 
+mod exact;
+mod knobs;
+
 use std::collections::BTreeMap;
 
 use proptest::prelude::*;
@@ -164,9 +167,9 @@ fn extreme_tolerance_0_stalls_or_converges_exactly() {
     spec.config.hit.tolerance_bits = None;
     spec.config.hit.iterations = 64;
     spec.config.hit.method = Method::Illinois;
-    // A bracket of one unit of d holds a jump of f of at most one unit of a distance, 2^−20·16 of at least 2.5; 1/dist,
-    // |l| and f round to 2^−24 beside it. In doubles the jump is a few ulp.
-    let unit = libm::ldexp(16.0 / 2.5, -20);
+    // A bracket of one unit of d holds a jump of f of at most one unit of a distance, 2^−19·8 of at least 2.5; 1/dist,
+    // |l| and f round to a sixteenth of that beside it. In doubles the jump is a few ulp.
+    let unit = libm::ldexp(8.0 / 2.5, -19);
     let bounds = [unit + 4.0 * unit / 16.0, 1e-12];
     let results = both(&spec, &ROOM, &ray([1.0, 0.7, 0.3], [-0.3, 0.2, 0.5]));
     for (result, bound) in results.iter().zip(bounds) {
@@ -178,6 +181,95 @@ fn extreme_tolerance_0_stalls_or_converges_exactly() {
         assert!(ended.contains(&result.status));
         let ratio = result.ratio.expect("look-ups");
         assert!((ratio - 1.0).abs() < bound, "{ratio}");
+    }
+}
+
+#[test]
+fn extreme_directions_along_axes_and_grazing_rays_end_on_the_wall() {
+    let mut spec = UnitSpec::default();
+    spec.config.hit.iterations = 32;
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut r = [0.0; 3];
+            r[axis] = sign;
+            for result in both(&spec, &ROOM, &ray([0.5, 0.25, -0.5], r)) {
+                assert_eq!(result.status, HitStatus::Converged);
+                let wall = [4.0, 3.0, 2.5][axis];
+                assert!((result.l[axis] * sign - wall).abs() < wall / 1000.0);
+            }
+        }
+    }
+    // Along the wall z = 2.5, a little below it: the hit is on x = 4 or still on that wall within τ.
+    for result in both(&spec, &ROOM, &ray([0.0, 0.0, 2.49], [1.0, 0.0, 1e-4])) {
+        let gauge = (result.l[0] / 4.0).max(result.l[2] / 2.5);
+        assert!((gauge - 1.0).abs() < 0.01, "{result:?}");
+    }
+}
+
+#[test]
+fn extreme_distances_at_and_beyond_the_largest_register_value() {
+    let sphere = Distance::Sphere(1.0 - libm::ldexp(1.0, -20));
+    let start = ray([0.25, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    for result in default_both(&sphere, &start) {
+        assert!(!result.flags.iter().any(|f| f == "hit.distance.saturated"));
+        assert_ne!(result.status, HitStatus::Escaped);
+    }
+    // What would round beyond it has the next power of two.
+    let sphere = Distance::Sphere(1.0 - libm::ldexp(1.0, -30));
+    for result in default_both(&sphere, &start) {
+        assert_ne!(result.status, HitStatus::Escaped);
+        assert!((libm::hypot(result.l[0], result.l[1]) - 1.0).abs() < 0.01);
+    }
+    // Beyond a register that is a bit too short nothing is there.
+    let mut spec = UnitSpec::default();
+    spec.config.formats[Reg::HitDistance.index()].int = 0;
+    let [rtl, float] = both(&spec, &sphere, &start);
+    assert_eq!(rtl.status, HitStatus::Escaped);
+    assert!(rtl.flags.iter().any(|f| f == "hit.distance.saturated"));
+    assert_ne!(float.status, HitStatus::Escaped);
+}
+
+#[test]
+fn extreme_equal_ratios_on_both_sides_and_a_step_of_0_stall() {
+    // hlsl from far outside: the ratio register is at its top on both ends of the bracket, f − p = 0.
+    let mut spec = UnitSpec::default();
+    spec.config.hit.outside = Outside::Hlsl;
+    let [rtl, _] = both(
+        &spec,
+        &Distance::Sphere(1.0),
+        &ray([0.0, 3.0, 0.0], [1.0, 0.0, 0.0]),
+    );
+    assert!([HitStatus::Stalled, HitStatus::MaxIterations].contains(&rtl.status));
+    // A map of zeros: every f is the largest, on both engines.
+    let (zeros, _) = DistanceCube::cleaned(1, vec![0.0; 6]).expect("six texels");
+    for result in both(
+        &spec,
+        &Distance::Cube(zeros),
+        &ray([0.5, 0.0, 0.0], [1.0, 0.0, 0.0]),
+    ) {
+        assert_eq!(result.status, HitStatus::Stalled, "{result:?}");
+        assert_eq!(result.iterations, 1);
+    }
+}
+
+#[test]
+fn a_room_of_a_millimetre_and_one_of_a_kilometre_have_the_same_codes() {
+    let engine = |scale: f64| {
+        let room = Distance::Box([4.0, 3.0, 2.5].map(|h| h * scale));
+        HitRtl::new(&UnitSpec::default(), &room, None, 64).expect("a legal unit")
+    };
+    let small = libm::ldexp(1.0, -10);
+    let large = libm::ldexp(1.0, 10);
+    let [base, small_room, large_room] = [1.0, small, large].map(engine);
+    for one in rays(100) {
+        let codes = |engine: &HitRtl, scale: f64| {
+            let scaled = ray(one.x.map(|c| c * scale), one.r);
+            let (state, _) = engine.lanes::<1, _>(&[scaled], &mut rtl_model::NoTap);
+            (state.hit.d[0], state.hit.l, state.hit.status[0])
+        };
+        let here = codes(&base, 1.0);
+        assert_eq!(codes(&small_room, small), here);
+        assert_eq!(codes(&large_room, large), here);
     }
 }
 
@@ -216,9 +308,30 @@ fn a_batch_has_the_traced_registers() {
     for ray in &mut all {
         ray.cone = Some([0.001, 0.01]);
     }
-    for chunk in all.chunks(8) {
-        let mut batch = Lanes(vec![BTreeMap::new(); 8]);
-        engine.lanes::<8, _>(chunk, &mut batch);
+    batch::<8>(&engine, &all);
+    batch::<32>(&engine, &all[..50]);
+    // Rays without a cone beside others, one of them with no direction to its hit.
+    let mut mixed = all.clone();
+    for ray in mixed.iter_mut().step_by(3) {
+        ray.cone = None;
+    }
+    mixed[3].x = [0.0; 3];
+    for (ray, result) in mixed.iter().zip(engine.filter(&mixed, &|_| {})) {
+        let (state, out) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut rtl_model::NoTap);
+        assert_eq!(engine.result(&state, &out, 0, ray.cone.is_some()), result);
+    }
+    // The engine's own tap and its vector instructions: the same results.
+    let whole = engine.filter(&all, &|_| {});
+    for (ray, result) in all.iter().zip(&whole) {
+        let (state, out) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut rtl_model::NoTap);
+        assert_eq!(&engine.result(&state, &out, 0, true), result);
+    }
+}
+
+fn batch<const N: usize>(engine: &HitRtl, all: &[HitFragment]) {
+    for chunk in all.chunks(N) {
+        let mut batch = Lanes(vec![BTreeMap::new(); N]);
+        engine.lanes::<N, _>(chunk, &mut batch);
         for (lane, ray) in chunk.iter().enumerate() {
             let mut alone = Lanes(vec![BTreeMap::new()]);
             engine.lanes::<1, _>(std::slice::from_ref(ray), &mut alone);

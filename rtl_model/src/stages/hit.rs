@@ -3,7 +3,6 @@
 //! f(d) = |l|/dist(l), l = x + R d, is 1 at a hit, less in front of the surface and more behind it. Lengths count in
 //! units of the map's power of two. Lanes that are done keep their registers; the block ends when all are.
 
-pub mod cone;
 pub mod footprint;
 pub mod look_up;
 mod step;

@@ -2,14 +2,15 @@
 
 use super::Unit;
 use super::block::{NO_FLAGS, Needs, Ports, Results, State};
+use crate::cone::{Cone, Dither, Dyadic};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::distance::DistanceMemory;
 use crate::fx::Flags;
 use crate::policy::HitStatus;
 use crate::port;
 use crate::regs::{Event, Reg};
-use crate::stages::hit::{self, cone, footprint};
-use crate::stages::{Lanes, Sink, bits, cube_face, fits, store, take};
+use crate::stages::hit::{self, footprint};
+use crate::stages::{Lanes, Sink, bits, cube_face, fits, ray_cone, store, take};
 use crate::tap::Tap;
 use crate::texture::Texture;
 
@@ -32,7 +33,7 @@ pub struct HitPorts<const N: usize> {
     x: Lanes<N, 3>,
     direction: Lanes<N, 3>,
     direction_frac: [i64; N],
-    cone: [Option<[(i64, i64); 2]>; N],
+    cone: [Option<(Cone, Dither)>; N],
     flags: [Flags; N],
 }
 
@@ -79,6 +80,7 @@ pub struct HitUnit {
     unit: Unit,
     hit: hit::Cfg,
     footprint: footprint::Cfg,
+    cone: ray_cone::Cfg,
 }
 
 impl HitUnit {
@@ -103,6 +105,7 @@ impl HitUnit {
             unit,
             hit: hit::Cfg::new(config)?,
             footprint: footprint::Cfg::new(config)?,
+            cone: ray_cone::Cfg::new(config),
         })
     }
 
@@ -146,11 +149,14 @@ impl HitUnit {
         // Only the direction counts: mantissas with their largest in [1, 2).
         ports.direction_frac[lane] = i64::from(self.hit.direction.format.magnitude_bits()) - 1;
         ports.cone[lane] = words.cone.map(|cone| {
-            cone.map(|word| {
-                let (value, finite) = cone::load(word);
-                all_finite &= finite;
-                value
-            })
+            // A stochastic store looks at the ray alone: the same bits in every lane and on every thread.
+            let ray = words.x.into_iter().chain(words.r).chain(cone);
+            let mut dither = self.cone.dither(ray.fold(0, |sum, word| {
+                (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            }));
+            all_finite &= cone.iter().all(|word| Dyadic::binary64(*word).1);
+            let cone = self.cone.load(cone, &mut dither, &mut flags);
+            (cone, dither)
         });
         flags.event(Event::HitNotFinite, !all_finite);
         ports.flags[lane] = flags;
@@ -178,7 +184,8 @@ impl HitUnit {
         let roms = &self.unit.roms;
         let flags = &mut env.flags[..len];
         hit::hit(&self.hit, roms, memory, input, &mut state.hit, flags, tap);
-        out.env.flags = env.flags;
+        let searched = env.flags;
+        out.env.flags = searched;
         if ports.cone.iter().take(len).all(Option::is_none) {
             return;
         }
@@ -196,20 +203,23 @@ impl HitUnit {
         cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
         for lane in 0..len {
             let escaped = state.hit.status[lane] == HitStatus::Escaped;
-            let [angle, width] = ports.cone[lane].unwrap_or([(0, 0); 2]);
-            let (m, e) = if escaped {
-                angle
-            } else {
-                let d_exp = memory.scale - self.hit.d_frac();
-                cone::propagate(angle, width, (state.hit.d[lane], d_exp))
-            };
             let flags = &mut env.flags[lane];
+            let width = ports.cone[lane].map_or(Dyadic::ZERO, |(cone, mut dither)| {
+                if escaped {
+                    return self.cone.angle(cone.angle);
+                }
+                let d = Dyadic::fixed(state.hit.d[lane], self.hit.d_frac() - memory.scale);
+                let there = ray_cone::propagate(&self.cone, cone, d, &mut dither, flags);
+                self.cone.width(there.width)
+            });
+            // At most 24 bits.
+            let width = (i64::try_from(width.m).unwrap_or(0), width.e);
             let mut sink = Sink { lane, flags, tap };
             let zero = env.face.zero[lane];
             let input = footprint::In {
                 r: take(&state.hit.r, lane),
                 to: take(&state.hit.to, lane),
-                width: (m.abs(), e),
+                width,
                 scale: exp[lane],
                 escaped,
                 face: (env.face.face[lane], env.face.u[lane], env.face.v[lane]),
@@ -235,6 +245,15 @@ impl HitUnit {
             None => {
                 out.env.probes = env.line.count;
                 out.env.flags = env.flags;
+            }
+        }
+        // Lanes without a cone ran along for nothing.
+        for lane in 0..len {
+            if ports.cone[lane].is_none() {
+                out.env.flags[lane] = searched[lane];
+                out.env.color[lane] = [0; 3];
+                out.env.probes[lane] = 0;
+                out.env.texels[lane] = 0;
             }
         }
     }

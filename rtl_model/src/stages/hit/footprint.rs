@@ -82,7 +82,8 @@ impl Cfg {
             Reg::HitTangent,
             u32::try_from(common).unwrap_or(u32::MAX) + top + 1,
         )?;
-        fits(Reg::JacDvr, b(Reg::HitTangent) + 8)?;
+        // A cone's significand has at most 24 bits.
+        fits(Reg::JacDvr, b(Reg::HitTangent) + 24)?;
         let uv = [f(Reg::FaceU), f(Reg::FaceV)];
         let face = uv[0].max(uv[1]);
         Ok(Self {
