@@ -44,10 +44,13 @@ fn bad_unit_files_are_refused_with_their_place() {
             &["line 2, column 1, foot.x", "unknown path"],
         ),
         (b"[foot]\n", &["line 1, column 2, foot", "unknown path"]),
-        (b"\n[hit]\n", &["line 2, column 2, hit", "does not build"]),
         (
-            b"[hit]\niterations=4",
-            &["line 2, column 1, hit.iterations", "does not build"],
+            b"[hit]\niterations=65",
+            &["line 2, column 12, hit.iterations", "found 65"],
+        ),
+        (
+            b"\n[surface_footprint]\n",
+            &["line 2, column 2, surface_footprint", "does not build"],
         ),
         (
             b"footprint=3",
@@ -215,7 +218,7 @@ fn set_takes_every_way_to_write_a_value_and_refuses_the_rest() {
         ("footprint.max_probes=8\nx=1", "1 to 64"),
         ("footprint.count=\"pow2", "ceil"),
         ("roughness.scale=1e400", "0 to 8"),
-        ("hit.iterations=4", "does not build"),
+        ("hit.iterations=65", "found 65"),
         ("cone.format=bf17", "bf16 | f16 | f32"),
         ("surface_footprint.max_anisotropy=4", "does not build"),
     ] {

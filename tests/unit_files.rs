@@ -166,9 +166,9 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "unit show",
         ),
         (
-            "[hit]\niterations = 4\n",
-            "line 2, column 1, hit.iterations",
-            "ENV",
+            "[surface_footprint]\nmax_anisotropy = 4\n",
+            "line 2, column 1, surface_footprint.max_anisotropy",
+            "does not build",
         ),
         (
             "[transform]\nrotation = [1, 0, 0]\n",
