@@ -17,6 +17,13 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use support::{Bench, PARTS, used};
+use tapline::cube::direction;
+use tapline::distance::{Distance, DistanceCube};
+use tapline::engine::hit::{HitF64, HitRtl};
+use tapline::fragment::HitFragment;
+use tapline::policy::LookUp;
+use tapline::reference::Distances;
+use tapline::unit::{ReferenceAxis, UnitSpec};
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
@@ -52,5 +59,63 @@ fn main() {
         }
         group.finish();
     }
+    hit(&mut criterion);
     criterion.final_summary();
+}
+
+/// Rays in a box room: the search alone, and with a cone the footprint and the filter behind it.
+fn hit(criterion: &mut Criterion) {
+    const RAYS: u32 = 16 * 1024;
+    let spec = UnitSpec::default();
+    let room = Distance::Box([4.0, 3.0, 2.5]);
+    let settings = spec.settings(ReferenceAxis::Exact);
+    let cube = distance_cube(128);
+    let rays = |cone| -> Vec<HitFragment> {
+        let place = |i: u32, by: u32| f64::from(i.wrapping_mul(by) >> 8) / 8_388_608.0 - 1.0;
+        (0..RAYS)
+            .map(|i| HitFragment {
+                x: [2_654_435_769, 3_144_134_277, 1_640_531_527].map(|by| 2.0 * place(i, by)),
+                r: [2_246_822_519, 3_266_489_917, 668_265_263].map(|by| place(i, by)),
+                cone,
+            })
+            .collect()
+    };
+    let mut group = criterion.benchmark_group("hit");
+    group.throughput(Throughput::Elements(RAYS.into()));
+    let Ok(ideal) = HitRtl::new(&spec, &room, None, 256) else {
+        return;
+    };
+    let Ok(mapped) = HitRtl::new(&spec, &cube, None, 256) else {
+        return;
+    };
+    let float = HitF64::new(&settings, &cube, None, 256);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let Ok(pool) = pool else { return };
+    for (name, cone) in [("search", None), ("footprint", Some([0.001, 0.01]))] {
+        let rays = rays(cone);
+        group.bench_function(BenchmarkId::new("rtl_cube", name), |b| {
+            b.iter(|| pool.install(|| black_box(mapped.filter(&rays, &|_| {}))));
+        });
+        group.bench_function(BenchmarkId::new("rtl_box", name), |b| {
+            b.iter(|| pool.install(|| black_box(ideal.filter(&rays, &|_| {}))));
+        });
+        group.bench_function(BenchmarkId::new("f64_cube", name), |b| {
+            b.iter(|| pool.install(|| black_box(float.filter(&rays, &|_| {}))));
+        });
+    }
+    group.finish();
+}
+
+/// The room's distances in a cube map.
+fn distance_cube(size: usize) -> Distance {
+    let ideal = Distances::new(&Distance::Box([4.0, 3.0, 2.5]));
+    let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
+    let texels = (0..6 * size * size)
+        .map(|i| {
+            let (face, x, y) = (i / (size * size), i % size, i / size % size);
+            let q = direction(face, place(x), place(y));
+            ideal.read(q, LookUp::Bilinear) as f32
+        })
+        .collect();
+    Distance::Cube(DistanceCube { size, texels })
 }

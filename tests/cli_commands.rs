@@ -37,8 +37,8 @@ fn commands_of_later_versions_say_so_whatever_follows() {
     ] {
         tapline(args).refused(&[args[0], "not built yet"]);
     }
+    // ENV scenes have no distances.
     for flag in ["--distance"] {
-        // A scene brings its own distances.
         for args in [
             &["compare", "sphere", flag, "x"][..],
             &[
@@ -46,7 +46,7 @@ fn commands_of_later_versions_say_so_whatever_follows() {
             ],
             &["compare", flag],
         ] {
-            tapline(args).refused(&[flag, "`trace` with `hit` lines"]);
+            tapline(args).refused(&[flag, "no distances"]);
         }
     }
 }

@@ -106,7 +106,7 @@ fn rows_without_a_proof_are_found() {
                  | a | b | `k_is_d_dt` and `slow` |\n\
                  | \\|l\\| | b | `helper` |\n\
                  | c | d | believe me |\n\
-                 | e | f | no test yet: `surface_footprint` |\n\
+                 | e | f | no test yet: `caustics` |\n\
                  | g | h | no test yet: `eigen` |\n\
                  | i | j | no test yet |\n";
     let rows = rows(table);

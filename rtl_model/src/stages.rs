@@ -134,7 +134,7 @@ pub(crate) fn fits(reg: Reg, bits: u32) -> Result<(), ConfigError> {
 }
 
 /// Where one lane's register writes go: its sticky flags and the tap. For stages that work on one
-/// fragment at a time; [`crate::lanes::LaneSink`] writes whole lane arrays.
+/// fragment at a time; `LaneSink` writes whole lane arrays.
 #[derive(Debug)]
 pub struct Sink<'a, T> {
     /// The lane.

@@ -15,7 +15,7 @@ use crate::image::write_planes;
 /// [`crate::image::load_distance`] read it back without a change of a bit.
 ///
 /// # Errors
-/// As [`write_planes`].
+/// As [`write_planes()`].
 pub fn write_impostor(
     target: &mut impl Write,
     impostor: &Impostor,

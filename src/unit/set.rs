@@ -290,7 +290,7 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
 
 /// The error for a path that no unit of this version has.
 pub(super) fn unknown(path: &str) -> InputError {
-    let later = ["hit", "cone", "surface_footprint", "ray_cone"];
+    let later = ["surface_footprint"];
     let head = path.split('.').next().unwrap_or("");
     let stage = path
         .strip_prefix("registers.")
@@ -299,7 +299,7 @@ pub(super) fn unknown(path: &str) -> InputError {
     if later.contains(&stage) {
         return InputError::new(
             "unit",
-            "a path of the ENV operation",
+            "a path of this version",
             format!("a path of `{stage}`, which this version does not build"),
             "leave it out; `tapline unit show` lists what is there",
         )
