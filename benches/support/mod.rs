@@ -29,7 +29,13 @@ pub(crate) const PARTS: &[&str] = &[
     "footprint",
     "front",
     "floor",
+    "floor_1",
+    "floor_4",
+    "floor_16",
     "back",
+    "back_1",
+    "back_4",
+    "back_16",
     "whole",
     "two_threads",
     "scalar_f32",
@@ -44,6 +50,8 @@ pub(crate) struct Bench {
     words: Vec<Words>,
     ports: Vec<Ports<LANES>>,
     states: Vec<State<LANES>>,
+    /// The same lines with another number of probes for all: `back_1`, `floor_16` and so on.
+    recounted: Vec<(&'static str, Vec<State<LANES>>)>,
     requests: Vec<scalar::Request>,
     scalar: scalar::Map,
 }
@@ -69,7 +77,7 @@ impl Bench {
             .map(|f| encode::words(&f.fragment))
             .collect();
         let mut requests = Vec::new();
-        let (ports, states) = words
+        let (ports, states): (Vec<_>, Vec<_>) = words
             .chunks(LANES)
             .map(|chunk| {
                 let mut ports = Ports::default();
@@ -85,6 +93,9 @@ impl Bench {
             })
             .unzip();
         let scalar = scalar::Map::new(&map);
+        let recounted = [("1", 1), ("4", 4), ("16", 16)]
+            .map(|(name, count)| (name, recount(&states, count)))
+            .into();
         Self {
             engine,
             subject: Subject {
@@ -96,6 +107,7 @@ impl Bench {
             words,
             ports,
             states,
+            recounted,
             requests,
             scalar,
         }
@@ -128,19 +140,47 @@ impl Bench {
                 };
                 engine.render(&self.subject, &|_| {}).probes
             }),
-            _ => dispatch::run(
-                level,
-                Part {
-                    name: part,
-                    unit: &self.engine.unit,
-                    texture: &self.engine.texture,
-                    words: &self.words,
-                    ports: &self.ports,
-                    states: &mut self.states,
-                },
-            ),
+            _ => {
+                let (name, count) = match part.split_once('_') {
+                    Some((name @ ("back" | "floor"), count)) => (name, Some(count)),
+                    _ => (part, None),
+                };
+                let recounted = self.recounted.iter_mut();
+                let states = match count {
+                    None => &mut self.states,
+                    Some(count) => {
+                        let mut found = recounted.filter(|(name, _)| *name == count);
+                        &mut found.next().expect("a count of PARTS").1
+                    }
+                };
+                dispatch::run(
+                    level,
+                    Part {
+                        name,
+                        unit: &self.engine.unit,
+                        texture: &self.engine.texture,
+                        words: &self.words,
+                        ports: &self.ports,
+                        states,
+                    },
+                )
+            }
         }
     }
+}
+
+/// The lines with `count` probes each, as long as before to a probe's rounding.
+fn recount(states: &[State<LANES>], count: i64) -> Vec<State<LANES>> {
+    let mut out = states.to_vec();
+    for line in out.iter_mut().map(|state| &mut state.line) {
+        for lane in 0..LANES {
+            let before = std::mem::replace(&mut line.count[lane], count);
+            for step in &mut line.step {
+                step[lane] = step[lane] * before / count;
+            }
+        }
+    }
+    out
 }
 
 fn threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
