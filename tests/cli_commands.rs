@@ -52,12 +52,100 @@ fn commands_of_later_versions_say_so_whatever_follows() {
 }
 
 #[test]
-fn impostor_says_what_it_needs_and_compare_does_not_take_its_scenes_yet() {
+fn impostor_says_what_it_needs() {
     tapline(&["impostor"]).refused(&["a scene", "impostor study room"]);
     tapline(&["impostor", "room"]).refused(&["-o"]);
     tapline(&["impostor", "room", "-o", "x.png"]).refused(&["x.png", ".exr"]);
     tapline(&["impostor", "sphere", "-o", "x.exr"]).refused(&["room, columns, doorway"]);
-    tapline(&["compare", "room"]).refused(&["`room`", "impostor study room"]);
+}
+
+#[test]
+fn scenes_of_rays_are_compared_rendered_and_traced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let out = path("out");
+    let small = ["--size", "40x40", "--face-size", "32", "--samples", "16"];
+    let mut args = vec!["compare", "room", "--json", "-", "--out", &out];
+    args.extend(small);
+    let value = tapline(&args).done().json();
+    let rays = value["fragments"].as_u64().unwrap();
+    assert!(rays > 400, "{rays}");
+    for engine in ["rtl", "f64"] {
+        let hit = &value["engines"][engine]["hit"];
+        let status = hit["status"].as_object().unwrap();
+        let sum: u64 = status.values().map(|n| n.as_u64().unwrap()).sum();
+        assert_eq!(sum, rays);
+        assert!(hit["look_ups_per_ray"].as_f64().unwrap() > 1.0);
+    }
+    let registers = value["registers"].as_array().unwrap();
+    for name in ["d", "l", "ratio"] {
+        let is = |r: &&Value| r["stage"] == "hit" && r["register"] == name;
+        let row = registers
+            .iter()
+            .find(is)
+            .unwrap_or_else(|| panic!("{name}"));
+        assert!(row["worst_lsb"].as_f64().unwrap() > 0.0);
+    }
+    let pairs = value["pairs"].as_array().unwrap();
+    let names: Vec<_> = pairs
+        .iter()
+        .map(|p| (p["a"].as_str(), p["b"].as_str()))
+        .collect();
+    assert_eq!(
+        names,
+        [("rtl", "f64"), ("f64", "ewa"), ("ewa", "truth")].map(|(a, b)| (Some(a), Some(b)))
+    );
+    for name in [
+        "classic.png",
+        "views.png",
+        "iterations.png",
+        "truth.exr",
+        "report.html",
+    ] {
+        assert!(folder.path().join("out").join(name).is_file(), "{name}");
+    }
+    let picture = path("a.exr");
+    let render = [
+        "render", "columns", "--engine", "rtl", "-o", &picture, "--size", "24x24",
+    ];
+    tapline(&render).done();
+    let line = tapline(&[
+        "trace",
+        "room",
+        "--pixel",
+        "20,20",
+        "--size",
+        "40x40",
+        "--face-size",
+        "32",
+    ])
+    .done()
+    .json();
+    assert_eq!(line["op"], "hit");
+    assert!(line["out"]["registers"]["hit.d"].is_array());
+    // What other files bring takes the place of the impostor's own.
+    let analytic = tapline(&[
+        "trace",
+        "room",
+        "--pixel",
+        "20,20",
+        "--size",
+        "40x40",
+        "--face-size",
+        "32",
+        "--distance",
+        "sphere:9",
+    ])
+    .done()
+    .json();
+    assert_ne!(analytic["out"]["d"], line["out"]["d"]);
+    for (flag, file) in [
+        ("--bump", "x.png"),
+        ("--mesh", "x.obj"),
+        ("--distance", "none.exr"),
+    ] {
+        tapline(&["compare", "room", flag, file]).refused(&[file.trim_end_matches(".obj")]);
+    }
 }
 
 #[test]

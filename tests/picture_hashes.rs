@@ -5,11 +5,29 @@ mod rtl_support;
 
 use std::fmt::Write as _;
 
+use tapline::distance::Distance;
 use tapline::engine::Engine;
 use tapline::engine::float::F64Engine;
+use tapline::engine::hit::HitRtl;
+use tapline::engine::hit_subject::HitSubject;
+use tapline::impostor::Impostor;
 use tapline::report::hash::{hash_text, picture_hash};
-use tapline::scene::SCENES;
+use tapline::scene::hit::{self, HIT_SCENES};
+use tapline::scene::{SCENES, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};
+
+fn hit_subject(name: &str) -> HitSubject {
+    let options = SceneOptions {
+        width: 64,
+        height: 64,
+        face_size: Some(128),
+        ..SceneOptions::default()
+    };
+    let scene = hit::build(name, &options).expect("a built-in scene");
+    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let distance = Distance::Cube(impostor.distance);
+    HitSubject::new(scene, impostor.colour, distance, true)
+}
 
 #[test]
 fn pictures_of_every_scene_have_the_golden_hashes() {
@@ -43,6 +61,20 @@ fn pictures_of_every_scene_have_the_golden_hashes() {
                 // Writing to a String cannot fail.
                 let _ = writeln!(lines, "{preset} {} {name} {}", info.name, hash_text(hash));
             }
+        }
+    }
+    let spec = UnitSpec::default();
+    for info in HIT_SCENES {
+        let subject = hit_subject(info.name);
+        let engine =
+            HitRtl::new(&spec, &subject.distance, Some(&subject.map), 1).expect("the default unit");
+        let rtl = subject.rtl(&engine, &|_| {});
+        let float = subject.f64(&spec.settings(ReferenceAxis::Exact), &|_| {});
+        for (name, rendering) in [("rtl", rtl), ("f64", float)] {
+            let searches = rendering.searches.expect("rays are searched for");
+            assert!(searches.status.len() > 1 && searches.look_ups() > 1.0);
+            let hash = hash_text(picture_hash(&rendering.picture));
+            let _ = writeln!(lines, "default {} {name} {hash}", info.name);
         }
     }
     golden::check("picture_hashes.txt", &lines);

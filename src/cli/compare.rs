@@ -6,15 +6,15 @@ use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
+use super::job::Job;
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
-use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
-use crate::engine::registers::{self, RegisterErrors};
-use crate::engine::rtl::RtlEngine;
-use crate::engine::{Engine, Rendering, Rung, Subject};
+use crate::engine::registers::RegisterErrors;
+use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::report::metrics::{self, Pair};
+use crate::scene::hit::is_hit_scene;
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;
@@ -78,7 +78,6 @@ impl Results {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_distance()?;
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     let (rungs, skipped) = choose(&args.engines)?;
@@ -89,11 +88,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // The folder first: the JSON file may lie in it.
     let files = match &args.out {
         None => None,
-        Some(folder) => Some(OutFiles::create(folder, &rungs)?),
+        Some(folder) => Some(OutFiles::create(folder, &rungs, is_hit_scene(&args.scene))?),
     };
     let json_target = JsonTarget::open(args.json.as_deref())?;
-    let subject = subject::load(&args.scene, &args.scene_args, &settings)?;
-    if subject.scene.fragments.is_empty() {
+    let job = Job::load(&args.scene, &args.scene_args, &settings)?;
+    if job.fragments() == 0 {
         return Err(InputError::new(
             "--size",
             "a picture in which a pixel centre meets the surface",
@@ -104,14 +103,14 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let origin = Origin::new(&spec);
-    let mut results = render_all(args, &rungs, &spec, &settings, &subject)?;
+    let mut results = render_all(args, &rungs, &spec, &settings, &job)?;
     results.skipped = skipped;
-    let value = to_json(args, &origin, &spec, &subject, &results);
+    let value = to_json(args, &origin, &spec, &job, &results);
     if !json_target.takes_stdout() {
-        unless_closed(print_tables(args, &spec, &subject, &results, &settings))?;
+        unless_closed(print_tables(args, &spec, &job, &results, &settings))?;
     }
     if let Some(files) = files {
-        files.write(args, &origin, &results, &value)?;
+        files.write(args, &origin, &job, &settings, &results, &value)?;
     }
     unless_closed(json_target.write(&value))?;
     judge(args, &results, &min_psnr, &max_lsb8)
@@ -180,39 +179,27 @@ fn render_all(
     rungs: &[Rung],
     spec: &UnitSpec,
     settings: &Settings,
-    subject: &Subject,
+    job: &Job,
 ) -> Result<Results, Failure> {
     let rtl = if rungs.contains(&Rung::Rtl) {
-        Some(RtlEngine::new(spec, subject.needs(), &subject.map)?)
+        Some(job.rtl(spec)?)
     } else {
         None
     };
-    let f64_engine = F64Engine {
-        settings: settings.clone(),
+    let options = TruthOptions {
+        samples: args.samples,
+        max_samples: args.samples.saturating_mul(4),
+        ..TruthOptions::default()
     };
-    let ewa = EwaEngine {
-        settings: settings.clone(),
-    };
-    let truth = TruthEngine {
-        settings: settings.clone(),
-        options: TruthOptions {
-            samples: args.samples,
-            max_samples: args.samples.saturating_mul(4),
-            ..TruthOptions::default()
-        },
-    };
-    let total = crate::engine::to_u64(subject.scene.fragments.len());
     let mut renderings = Vec::new();
     for rung in rungs {
-        let engine: &dyn Engine = match (rung, &rtl) {
-            (Rung::Rtl, Some(rtl)) => rtl,
-            (Rung::Rtl | Rung::Gpu, _) => continue,
-            (Rung::F64, _) => &f64_engine,
-            (Rung::Ewa, _) => &ewa,
-            (Rung::Truth, _) => &truth,
+        let bar = Bar::new(rung.name(), job.total(*rung));
+        let progress = |n| bar.add(n);
+        let rendering = match (rung, &rtl) {
+            (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, &progress),
+            _ => job.render_float(*rung, settings, &options, &progress),
         };
-        let bar = Bar::new(rung.name(), total);
-        renderings.push((*rung, engine.render(subject, &|n| bar.add(n))));
+        renderings.extend(rendering.map(|r| (*rung, r)));
     }
     let mut pairs = Vec::new();
     for pair in renderings.windows(2) {
@@ -224,8 +211,8 @@ fn render_all(
     }
     let registers = match &rtl {
         Some(rtl) if rungs.contains(&Rung::F64) => {
-            let bar = Bar::new("registers", total);
-            Some(registers::compare(rtl, settings, subject, &|n| bar.add(n)))
+            let bar = Bar::new("registers", job.total(Rung::Rtl));
+            job.registers(rtl, settings, &|n| bar.add(n))
         }
         Some(_) | None => None,
     };

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::Failure;
 use super::compare::{Args, Results};
+use super::job::{HIT_PICTURES, Job};
 use super::output::Origin;
 use crate::engine::Rung;
 use crate::error::InputError;
@@ -15,12 +16,15 @@ use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
 use crate::report::error_map::{error_map, mosaic};
 use crate::report::html;
+use crate::settings::Settings;
 
 /// The files of `--out`, all created before the work starts.
 pub(super) struct OutFiles {
     engines: Vec<(Rung, WholeFile, WholeFile)>,
     maps: Vec<(Rung, Rung, WholeFile)>,
     row: Option<WholeFile>,
+    /// Those of [`HIT_PICTURES`].
+    hit: Vec<(&'static str, WholeFile)>,
     report: WholeFile,
     /// Last, so that it is dropped after the temporaries in it.
     folder: OutputFolder,
@@ -28,7 +32,7 @@ pub(super) struct OutFiles {
 
 impl OutFiles {
     /// Makes the folder and a temporary for each file of these engines.
-    pub(super) fn create(folder: &Path, rungs: &[Rung]) -> Result<Self, InputError> {
+    pub(super) fn create(folder: &Path, rungs: &[Rung], hit: bool) -> Result<Self, InputError> {
         let made = OutputFolder::create(folder).map_err(|e| {
             InputError::new(
                 folder.display().to_string(),
@@ -52,6 +56,13 @@ impl OutFiles {
                 maps.push((*a, *b, file(format!("{}-{}.png", a.name(), b.name()))?));
             }
         }
+        let mut pictures = Vec::new();
+        let searched = rungs.contains(&Rung::Rtl) || rungs.contains(&Rung::F64);
+        for name in HIT_PICTURES.into_iter().filter(|_| hit) {
+            if searched || name != "iterations" {
+                pictures.push((name, file(format!("{name}.png"))?));
+            }
+        }
         let both = rungs.contains(&Rung::Rtl) && rungs.contains(&Rung::F64);
         Ok(Self {
             engines,
@@ -61,6 +72,7 @@ impl OutFiles {
             } else {
                 None
             },
+            hit: pictures,
             report: file("report.html".into())?,
             folder: made,
         })
@@ -71,6 +83,8 @@ impl OutFiles {
         self,
         args: &Args,
         origin: &Origin,
+        job: &Job,
+        settings: &Settings,
         results: &Results,
         value: &Value,
     ) -> Result<(), Failure> {
@@ -128,6 +142,18 @@ impl OutFiles {
             );
             let bytes = png(&row, exposure, &origin.attributes(&args.scene))?;
             done.push(put(file, &bytes)?);
+        }
+        let found = results.get(Rung::F64).or_else(|| results.get(Rung::Rtl));
+        let made = job.hit_pictures(settings, found, results.get(Rung::Truth));
+        for (name, file) in self.hit {
+            let Some((_, picture)) = made.iter().find(|(n, _)| *n == name) else {
+                continue;
+            };
+            let shown = if name == "iterations" { 0.0 } else { exposure };
+            let attributes = origin.attributes(&format!("{}, {name}", args.scene));
+            let bytes = png(picture, shown, &attributes)?;
+            done.push(put(file, &bytes)?);
+            images.push((name.to_string(), bytes));
         }
         done.push(put(self.report, html::page(value, &images).as_bytes())?);
         for file in done {

@@ -7,9 +7,10 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use super::compare::{Args, Results};
+use super::job::Job;
 use super::output::{Origin, unit_json};
 use crate::engine::registers::{RegisterError, RegisterErrors};
-use crate::engine::{Rung, Subject, to_u64};
+use crate::engine::{Rung, to_u64};
 use crate::report::table::{Align, Table, count, fixed, optional, significant};
 use crate::settings::Settings;
 use crate::unit::UnitSpec;
@@ -39,16 +40,13 @@ pub(super) fn to_json(
     args: &Args,
     origin: &Origin,
     spec: &UnitSpec,
-    subject: &Subject,
+    job: &Job,
     results: &Results,
 ) -> Value {
     let mut root = origin.json();
-    let fragments = subject.scene.fragments.len();
+    let fragments = job.fragments();
     root.insert("scene".into(), json!(args.scene));
-    root.insert(
-        "size".into(),
-        json!([subject.scene.width, subject.scene.height]),
-    );
+    root.insert("size".into(), json!(job.size()));
     root.insert(
         "env".into(),
         json!(
@@ -58,7 +56,7 @@ pub(super) fn to_json(
                 .map(|p| p.display().to_string())
         ),
     );
-    root.insert("face_size".into(), json!(subject.map.size()));
+    root.insert("face_size".into(), json!(job.map().size()));
     root.insert("fragments".into(), json!(fragments));
     root.insert("unit".into(), unit_json(spec));
     let mut engines = Map::new();
@@ -72,6 +70,14 @@ pub(super) fn to_json(
         });
         if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
             map.insert("standard_error".into(), json!(error));
+        }
+        if let (Some(searches), Some(map)) = (&r.searches, engine.as_object_mut()) {
+            let hit = json!({
+                "status": searches.status,
+                "look_ups_per_ray": searches.look_ups(),
+                "overshot": searches.overshot,
+            });
+            map.insert("hit".into(), hit);
         }
         engines.insert(rung.name().into(), engine);
     }
@@ -100,29 +106,58 @@ pub(super) fn to_json(
     Value::Object(root)
 }
 
+/// How the searches of the HIT operation ended, by engine.
+fn print_searches(out: &mut impl std::io::Write, results: &Results) -> Result<(), Failure> {
+    let mut table = Table::new(&[
+        ("search", Align::Left),
+        ("look-ups/ray", Align::Right),
+        ("rays with an overshoot", Align::Right),
+        ("rays by status", Align::Left),
+    ]);
+    for (rung, r) in &results.renderings {
+        let Some(searches) = &r.searches else {
+            continue;
+        };
+        let status: Vec<String> = searches
+            .status
+            .iter()
+            .map(|(name, n)| format!("{name} {}", count(*n)))
+            .collect();
+        table.row([
+            rung.name().to_string(),
+            significant(searches.look_ups(), 3),
+            count(searches.overshot),
+            status.join(", "),
+        ]);
+    }
+    if !table.is_empty() {
+        writeln!(out, "{table}")?;
+    }
+    Ok(())
+}
+
 /// The results as tables on stdout.
 pub(super) fn print_tables(
     args: &Args,
     spec: &UnitSpec,
-    subject: &Subject,
+    job: &Job,
     results: &Results,
     settings: &Settings,
 ) -> Result<(), Failure> {
     use std::io::Write as _;
     let mut out = std::io::stdout().lock();
-    let fragments = subject.scene.fragments.len();
+    let fragments = job.fragments();
     let env = args
         .scene_args
         .env
         .as_ref()
-        .map_or("procedural environment".into(), |p| p.display().to_string());
-    let size = subject.map.size();
+        .map_or(job.environment().into(), |p| p.display().to_string());
+    let size = job.map().size();
+    let [width, height] = job.size();
     writeln!(
         out,
-        "{} {}x{}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
+        "{} {width}x{height}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
         args.scene,
-        subject.scene.width,
-        subject.scene.height,
         count(to_u64(fragments)),
         env!("CARGO_PKG_VERSION"),
         spec.hash()
@@ -177,6 +212,7 @@ pub(super) fn print_tables(
         ]);
     }
     writeln!(out, "{speed}")?;
+    print_searches(&mut out, results)?;
     if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
         writeln!(
             out,
@@ -209,6 +245,13 @@ pub(super) fn print_tables(
             count(errors.other_count),
             count(errors.other_texel)
         )?;
+        if errors.other_search > 0 {
+            writeln!(
+                out,
+                "{} rays whose search went another way: not compared at all",
+                count(errors.other_search)
+            )?;
+        }
     }
     for (name, n) in flags(results) {
         writeln!(out, "flag {name}: {} fragments", count(n))?;

@@ -11,6 +11,7 @@ mod diff_results;
 mod impostor;
 mod impostor_study;
 mod interrupt;
+mod job;
 mod json_lines;
 mod output;
 mod progress;

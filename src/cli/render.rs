@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
+use super::job::Job;
 use super::output::{Kind, Origin, write_picture};
 use super::progress::Bar;
 use super::{Failure, subject};
-use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
-use crate::engine::rtl::RtlEngine;
-use crate::engine::{Engine, Rung};
+use crate::engine::Rung;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::image::write::Sample;
@@ -42,7 +41,6 @@ enum Depth {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    args.scene_args.refuse_distance()?;
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     if args.engine == Rung::Gpu {
@@ -58,22 +56,19 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = args.unit.load()?;
     let file = WholeFile::create(&args.output)?;
     let settings = args.run.settings(&spec);
-    let subject = subject::load(&args.scene, &args.scene_args, &settings)?;
-    let engine: Box<dyn Engine> = match args.engine {
-        Rung::Rtl | Rung::Gpu => Box::new(RtlEngine::new(&spec, subject.needs(), &subject.map)?),
-        Rung::F64 => Box::new(F64Engine { settings }),
-        Rung::Ewa => Box::new(EwaEngine { settings }),
-        Rung::Truth => Box::new(TruthEngine {
-            settings,
-            options: TruthOptions::default(),
-        }),
+    let job = Job::load(&args.scene, &args.scene_args, &settings)?;
+    let bar = Bar::new(args.engine.name(), job.total(args.engine));
+    let progress = |n| bar.add(n);
+    let rendering = if args.engine == Rung::Rtl {
+        job.render_rtl(&job.rtl(&spec)?, &progress)
+    } else {
+        let options = TruthOptions::default();
+        job.render_float(args.engine, &settings, &options, &progress)
     };
-    let bar = Bar::new(
-        args.engine.name(),
-        crate::engine::to_u64(subject.scene.fragments.len()),
-    );
-    let rendering = engine.render(&subject, &|n| bar.add(n));
     drop(bar);
+    let Some(rendering) = rendering else {
+        return Ok(());
+    };
     let origin = Origin::new(&spec);
     let attributes = origin.attributes(&format!("{} by {}", args.scene, args.engine.name()));
     let sample = match args.depth {

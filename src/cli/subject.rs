@@ -2,10 +2,12 @@
 
 use super::args::SceneArgs;
 use super::bump_file;
+use crate::cube::CubeMap;
 use crate::engine::Subject;
 use crate::error::InputError;
 use crate::image::load::{LoadOptions, load_environment};
 use crate::image::mips::build_mips;
+use crate::scene::bump::BumpSource;
 use crate::scene::{self, SceneOptions};
 use crate::settings::Settings;
 use crate::truth::background;
@@ -23,6 +25,30 @@ pub(super) fn check_exposure(stops: f64) -> Result<(), InputError> {
     ))
 }
 
+/// The bump map that was named.
+pub(super) fn load_bump(args: &SceneArgs) -> Result<Option<BumpSource>, InputError> {
+    match &args.bump {
+        None => Ok(None),
+        Some(path) => bump_file::load(path, args.bump_scale, args.max_image_mb).map(Some),
+    }
+}
+
+/// The environment that was named.
+pub(super) fn load_map(args: &SceneArgs) -> Result<Option<CubeMap>, InputError> {
+    let Some(path) = &args.env else {
+        return Ok(None);
+    };
+    let options = LoadOptions {
+        max_image_mb: args.max_image_mb,
+        face_size: args.face_size,
+    };
+    let (map, cleaned) = load_environment(path, &options)?;
+    if let Some(note) = cleaned.note(&path.display().to_string()) {
+        super::note(&note);
+    }
+    Ok(Some(map))
+}
+
 /// Loads and builds what the flags ask for; warnings go to stderr.
 pub(super) fn load(
     name: &str,
@@ -30,15 +56,11 @@ pub(super) fn load(
     settings: &Settings,
 ) -> Result<Subject, InputError> {
     check_exposure(args.exposure)?;
-    let bump = match &args.bump {
-        None => None,
-        Some(path) => Some(bump_file::load(path, args.bump_scale, args.max_image_mb)?),
-    };
     let options = SceneOptions {
         width: args.size.0,
         height: args.size.1,
         face_size: args.face_size,
-        bump,
+        bump: load_bump(args)?,
         mesh: args.mesh.clone(),
     };
     // A wrong name or size fails before a large map is read.
@@ -46,20 +68,7 @@ pub(super) fn load(
     for note in &scene.notes {
         super::note(note);
     }
-    let map = match &args.env {
-        None => build_mips(scene.environment()),
-        Some(path) => {
-            let options = LoadOptions {
-                max_image_mb: args.max_image_mb,
-                face_size: args.face_size,
-            };
-            let (map, cleaned) = load_environment(path, &options)?;
-            if let Some(note) = cleaned.note(&path.display().to_string()) {
-                super::note(&note);
-            }
-            map
-        }
-    };
+    let map = load_map(args)?.unwrap_or_else(|| build_mips(scene.environment()));
     let background = background(&scene, &map, settings);
     Ok(Subject {
         scene,

@@ -10,6 +10,7 @@ use rtl_model::{Texture, Unit};
 use serde_json::{Map, Number, Value, json};
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
+use super::job::Job;
 use super::json_lines::Op;
 use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel};
 use crate::cube::{CubeMap, FACE_NAMES};
@@ -18,8 +19,8 @@ use crate::engine::encode;
 use crate::engine::probe::{Code, RtlProbe, rtl};
 use crate::error::InputError;
 use crate::fragment::Fragment;
-use crate::image::load::{LoadOptions, load_environment};
 use crate::reference::{self, Env, NoTap, Prepared};
+use crate::scene::hit::is_hit_scene;
 use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
 
@@ -288,22 +289,23 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         )
         .into());
     }
-    let map = match (&args.scene, &args.scene_args.env) {
-        (Some(scene), _) => {
-            Some(subject::load(scene, &args.scene_args, &args.run.settings(&spec))?.map)
-        }
-        (None, Some(path)) => {
-            let options = LoadOptions {
-                max_image_mb: args.scene_args.max_image_mb,
-                face_size: args.scene_args.face_size,
-            };
-            let (map, cleaned) = load_environment(path, &options)?;
-            if let Some(note) = cleaned.note(&path.display().to_string()) {
-                super::note(&note);
+    // A scene of the HIT operation brings its distances; those of a flag go before them.
+    let (map, distance) = match &args.scene {
+        Some(scene) if is_hit_scene(scene) => {
+            match Job::load(scene, &args.scene_args, &args.run.settings(&spec))? {
+                Job::Env(subject) => (Some(subject.map), None),
+                Job::Hit(subject) => (Some(subject.map), Some(subject.distance)),
             }
-            Some(map)
         }
-        (None, None) => None,
+        Some(scene) => {
+            let settings = args.run.settings(&spec);
+            let subject = subject::load(scene, &args.scene_args, &settings)?;
+            (Some(subject.map), args.scene_args.distance()?)
+        }
+        None => (
+            subject::load_map(&args.scene_args)?,
+            args.scene_args.distance()?,
+        ),
     };
     super::note(&format!(
         "version {}, unit {}, seed 0",
@@ -311,7 +313,7 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         spec.hash()
     ));
     let mut tracer = Tracer::new(args, spec, map, face_size)?;
-    tracer.distance = args.scene_args.distance()?;
+    tracer.distance = distance;
     let mut reader = BufReader::new(reader);
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut bytes = Vec::new();

@@ -6,49 +6,65 @@ use rtl_model::Unit;
 use rtl_model::regs::Reg;
 use serde_json::{Map, Value, json};
 
+use super::job::Job;
+use super::json_lines::Op;
 use super::trace::{Args, TraceEngine, Tracer};
-use super::{Failure, subject};
-use crate::engine::encode;
+use super::{Failure, trace_hit};
+use crate::cube::{CubeMap, FACE_NAMES};
+use crate::distance::Distance;
+use crate::engine::hit::HitRtl;
+use crate::engine::hit_subject::HitSubject;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
 use crate::engine::registers::error_lsb;
+use crate::engine::{Subject, encode};
 use crate::error::InputError;
 use crate::fragment::Fragment;
 use crate::reference::{Prepared, Texture, env};
 use crate::report::table::{Align, Table, significant};
+use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
 
 /// Components of a register that fit on a row.
 const SHOWN: usize = 6;
 
-pub(super) fn run(
-    args: &Args,
-    spec: UnitSpec,
-    scene: &str,
+/// One pixel through both engines.
+struct Traced {
+    /// The input as a trace line has it.
+    entries: Map<String, Value>,
+    op: Op,
+    mine: RtlProbe,
+    theirs: FloatProbe,
+    /// The table's last line.
+    closing: String,
+    map: CubeMap,
+    distance: Option<Distance>,
+}
+
+fn no_surface((x, y): (u32, u32)) -> InputError {
+    InputError::new(
+        "--pixel",
+        "a pixel that shows the surface",
+        format!("{x},{y}, which shows the background"),
+        "choose another pixel",
+    )
+}
+
+/// "rtl / f64" of what both found.
+fn closing(face: [&str; 2], probes: [u32; 2], flags: [String; 2]) -> String {
+    format!(
+        "face {} / {}, probes {} / {}, flags [{}] / [{}]",
+        face[0], face[1], probes[0], probes[1], flags[0], flags[1]
+    )
+}
+
+fn trace_env(
+    subject: Subject,
+    spec: &UnitSpec,
+    settings: &Settings,
     (x, y): (u32, u32),
-) -> Result<(), Failure> {
-    let settings = args.run.settings(&spec);
-    let subject = subject::load(scene, &args.scene_args, &settings)?;
-    let inside = |c: u32, n: usize| usize::try_from(c).is_ok_and(|c| c < n);
-    if !inside(x, subject.scene.width) || !inside(y, subject.scene.height) {
-        return Err(InputError::new(
-            "--pixel",
-            format!(
-                "a pixel of the {}x{} picture",
-                subject.scene.width, subject.scene.height
-            ),
-            format!("{x},{y}"),
-            "columns and rows count from 0, top left",
-        )
-        .into());
-    }
+) -> Result<Traced, InputError> {
     let Some(found) = subject.scene.fragments.iter().find(|f| f.pixel == [x, y]) else {
-        return Err(InputError::new(
-            "--pixel",
-            "a pixel that shows the surface",
-            format!("{x},{y}, which shows the background"),
-            "choose another pixel",
-        )
-        .into());
+        return Err(no_surface((x, y)));
     };
     let fragment = found.fragment;
     let needs = encode::needs(&fragment);
@@ -60,20 +76,114 @@ pub(super) fn run(
     let mut theirs = FloatProbe::default();
     let reference = Texture::new(&subject.map);
     let there = env(
-        &Prepared::new(&settings),
+        &Prepared::new(settings),
         &fragment,
         subject.map.size(),
         Some(&reference),
         &mut theirs,
     );
+    let names: Vec<&str> = there.flags.names().collect();
+    Ok(Traced {
+        entries: entries(&fragment),
+        op: Op::Env(fragment),
+        mine,
+        theirs,
+        closing: closing(
+            [FACE_NAMES[result.face], FACE_NAMES[there.face]],
+            [u32::try_from(result.probes).unwrap_or(0), there.probes],
+            [result.flags.join(" "), names.join(" ")],
+        ),
+        map: subject.map,
+        distance: None,
+    })
+}
+
+/// The first ray of a pixel.
+fn trace_ray(
+    subject: HitSubject,
+    spec: &UnitSpec,
+    settings: &Settings,
+    (x, y): (u32, u32),
+) -> Result<Traced, InputError> {
+    let Some(found) = subject.scene.rays.iter().find(|ray| ray.pixel == [x, y]) else {
+        return Err(no_surface((x, y)));
+    };
+    let ray = found.fragment;
+    let size = subject.map.size();
+    let engine = HitRtl::new(spec, &subject.distance, Some(&subject.map), size)?;
+    let mut mine = RtlProbe::default();
+    let (here, face) = engine.trace(&ray, &mut mine);
+    let mut theirs = FloatProbe::default();
+    let there = subject.reference(settings).trace(&ray, &mut theirs);
+    let env = there.env;
+    let flags = env.map_or(there.hit.flags, |env| env.flags);
+    let names: Vec<&str> = flags.names().collect();
+    let search = format!(
+        "search {} after {} look-ups / {} after {}; ",
+        here.status.name(),
+        here.iterations,
+        there.hit.status.name(),
+        there.hit.iterations
+    );
+    let mut entries = Map::new();
+    entries.insert("op".into(), json!("hit"));
+    entries.insert("x".into(), json!(ray.x));
+    entries.insert("r".into(), json!(ray.r));
+    if let Some(cone) = ray.cone {
+        entries.insert("cone".into(), json!(cone));
+    }
+    Ok(Traced {
+        entries,
+        op: Op::Hit(ray),
+        mine,
+        theirs,
+        closing: search
+            + &closing(
+                [face, env.map_or("-", |env| FACE_NAMES[env.face])],
+                [here.probes, env.map_or(0, |env| env.probes)],
+                [here.flags.join(" "), names.join(" ")],
+            ),
+        map: subject.map,
+        distance: Some(subject.distance),
+    })
+}
+
+pub(super) fn run(
+    args: &Args,
+    spec: UnitSpec,
+    scene: &str,
+    (x, y): (u32, u32),
+) -> Result<(), Failure> {
+    let settings = args.run.settings(&spec);
+    let job = Job::load(scene, &args.scene_args, &settings)?;
+    let inside = |c: u32, n: usize| usize::try_from(c).is_ok_and(|c| c < n);
+    let [width, height] = job.size();
+    if !inside(x, width) || !inside(y, height) {
+        return Err(InputError::new(
+            "--pixel",
+            format!("a pixel of the {width}x{height} picture"),
+            format!("{x},{y}"),
+            "columns and rows count from 0, top left",
+        )
+        .into());
+    }
+    let traced = match job {
+        Job::Env(subject) => trace_env(*subject, &spec, &settings, (x, y))?,
+        Job::Hit(subject) => trace_ray(*subject, &spec, &settings, (x, y))?,
+    };
+    let (mine, theirs) = (&traced.mine, &traced.theirs);
 
     let mut out = std::io::stdout().lock();
     if args.lines || !out.is_terminal() {
         let hash = spec.hash();
-        let mut tracer = Tracer::new(args, spec, Some(subject.map), 1)?;
-        let mut object = entries(&fragment);
-        let mut fields = tracer.out(&fragment)?;
-        fields.insert("registers".into(), registers(args, &mine, &theirs));
+        let mut tracer = Tracer::new(args, spec, Some(traced.map), 1)?;
+        tracer.distance = traced.distance;
+        let mut object = traced.entries;
+        let mut fields = match &traced.op {
+            Op::Env(fragment) => tracer.out(fragment)?,
+            Op::Hit(ray) => trace_hit::out(&mut tracer, ray)?,
+        };
+        fields.insert("registers".into(), registers(args, mine, theirs));
         fields.insert("version".into(), json!(env!("CARGO_PKG_VERSION")));
         fields.insert("unit_hash".into(), json!(hash));
         fields.insert("seed".into(), json!(0));
@@ -133,17 +243,7 @@ pub(super) fn run(
         ]);
     }
     writeln!(out, "{table}")?;
-    let names: Vec<&str> = there.flags.names().collect();
-    writeln!(
-        out,
-        "face {} / {}, probes {} / {}, flags [{}] / [{}]",
-        crate::cube::FACE_NAMES[result.face],
-        crate::cube::FACE_NAMES[there.face],
-        result.probes,
-        there.probes,
-        result.flags.join(" "),
-        names.join(" ")
-    )?;
+    writeln!(out, "{}", traced.closing)?;
     Ok(())
 }
 

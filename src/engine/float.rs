@@ -87,6 +87,7 @@ fn per_fragment(
         texels: whole.texels,
         flags: whole.flags,
         standard_error: None,
+        searches: None,
     }
 }
 
@@ -161,6 +162,7 @@ impl Engine for TruthEngine {
             texels: 4 * result.samples,
             flags: BTreeMap::new(),
             standard_error: Some(result.rms_standard_error),
+            searches: None,
         }
     }
 }

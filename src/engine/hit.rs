@@ -39,6 +39,8 @@ pub struct HitResult {
     pub color: [f64; 3],
     /// Probes of the filter; 0 without a cone.
     pub probes: u32,
+    /// Texels that the filter read.
+    pub texels: u64,
     /// Names of what the ray reported.
     pub flags: Vec<String>,
     /// Whether a step went beyond the reference surface.
@@ -228,6 +230,7 @@ impl HitRtl {
             } else {
                 0
             },
+            texels: if textured { out.env.texels[lane] } else { 0 },
             overshot: flags.has_event(Event::HitOvershoot),
             flags: names,
         }
@@ -313,6 +316,10 @@ impl<'a> HitF64<'a> {
             ratio: hit.ratio,
             color: both.env.map_or([0.0; 3], |env| env.color),
             probes: both.env.map_or(0, |env| env.probes),
+            texels: both.env.map_or(0, |env| {
+                let levels = if env.lod.fract() == 0.0 { 1 } else { 2 };
+                4 * levels * u64::from(env.probes)
+            }),
             overshot: flags.contains(reference::Flag::HitOvershoot),
             flags: flags.names().map(String::from).collect(),
         }

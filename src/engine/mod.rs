@@ -5,6 +5,7 @@ pub mod dispatch;
 pub mod encode;
 pub mod float;
 pub mod hit;
+pub mod hit_subject;
 pub mod probe;
 pub mod registers;
 pub mod rtl;
@@ -110,6 +111,41 @@ pub struct Rendering {
     pub flags: BTreeMap<String, u64>,
     /// RMS standard error of the picture, where the engine estimates it (linear units).
     pub standard_error: Option<f64>,
+    /// How the searches of the HIT operation ended, where the engine searches.
+    pub searches: Option<Searches>,
+}
+
+/// How the searches of many rays ended.
+#[derive(Clone, Debug, Default)]
+pub struct Searches {
+    /// Rays by status.
+    pub status: BTreeMap<&'static str, u64>,
+    /// Look-ups in the loop of each ray, in the rays' order.
+    pub iterations: Vec<u32>,
+    /// Rays with a step beyond the reference surface.
+    pub overshot: u64,
+}
+
+impl Searches {
+    /// The counts of results.
+    #[must_use]
+    pub fn of(results: &[hit::HitResult]) -> Self {
+        let mut out = Self::default();
+        for result in results {
+            *out.status.entry(result.status.name()).or_default() += 1;
+            out.iterations.push(result.iterations);
+            out.overshot += u64::from(result.overshot);
+        }
+        out
+    }
+
+    /// Look-ups in the loop of a ray, on average.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts become a mean")]
+    pub fn look_ups(&self) -> f64 {
+        let sum: u64 = self.iterations.iter().map(|n| u64::from(*n)).sum();
+        sum as f64 / self.iterations.len().max(1) as f64
+    }
 }
 
 /// Counts finished fragments; called from any thread.

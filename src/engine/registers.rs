@@ -68,6 +68,8 @@ pub struct RegisterErrors {
     /// Fragments with a probe that is a texel or more away, as on another face: no texel coordinates
     /// and bilinear sums were compared.
     pub other_texel: u64,
+    /// Rays whose search ended otherwise or after another number of look-ups: nothing was compared.
+    pub other_search: u64,
     /// Fragments compared.
     pub fragments: u64,
 }
@@ -79,21 +81,38 @@ impl Default for RegisterErrors {
             other_face: 0,
             other_count: 0,
             other_texel: 0,
+            other_search: 0,
             fragments: 0,
         }
     }
 }
 
 impl RegisterErrors {
-    fn merge(mut self, other: &Self) -> Self {
+    pub(super) fn merge(mut self, other: &Self) -> Self {
         for (a, b) in self.registers.iter_mut().zip(&other.registers) {
             a.merge(b);
         }
         self.other_face += other.other_face;
         self.other_count += other.other_count;
         self.other_texel += other.other_texel;
+        self.other_search += other.other_search;
         self.fragments += other.fragments;
         self
+    }
+
+    /// Adds the registers of one fragment.
+    pub(super) fn add(
+        &mut self,
+        mine: &RtlProbe,
+        theirs: &FloatProbe,
+        pixel: [u32; 2],
+        same_face: bool,
+        same_count: bool,
+    ) {
+        self.fragments += 1;
+        self.other_face += u64::from(!same_face);
+        self.other_count += u64::from(!same_count);
+        one(self, mine, theirs, pixel, same_face, same_count);
     }
 }
 
@@ -111,6 +130,7 @@ pub fn error_lsb(code: Code, value: f64) -> f64 {
 /// Whether a register lies behind the choice of the face.
 fn behind_face(reg: Reg) -> bool {
     reg.index() >= Reg::FaceU.index()
+        && reg.info().stage != "hit"
         && !matches!(reg.info().stage, "jacobian" if reg.index() < Reg::JacNumerator.index())
 }
 
@@ -153,19 +173,9 @@ pub fn compare(
                     Some(&texture),
                     &mut theirs,
                 );
-                errors.fragments += 1;
                 let same_face = here.face == there.face;
                 let same_count = here.probes == i64::from(there.probes);
-                errors.other_face += u64::from(!same_face);
-                errors.other_count += u64::from(!same_count);
-                one(
-                    &mut errors,
-                    &mine,
-                    &theirs,
-                    fragment.pixel,
-                    same_face,
-                    same_count,
-                );
+                errors.add(&mine, &theirs, fragment.pixel, same_face, same_count);
             }
             progress(to_u64(chunk.len()));
             errors

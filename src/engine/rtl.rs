@@ -169,6 +169,7 @@ impl Engine for RtlEngine {
             texels: filtered.texels,
             flags: filtered.flag_names(&self.config),
             standard_error: None,
+            searches: None,
         }
     }
 }

@@ -105,13 +105,15 @@ pub fn hit<T: Tap>(
     let side = |f: f64| i8::from(f > 1.0 + tau) - i8::from(f < 1.0 - tau);
     let far = read(r);
     let start = length(x);
+    let near = if start == 0.0 { 0.0 } else { read(x) };
     let p_un = if start == 0.0 {
         0.0
     } else {
-        ratio(start, read(x))
+        ratio(start, near)
     };
     if T::ACTIVE {
         tap.put(Stage::Hit, "radius", 0, saturate(far));
+        tap.put(Stage::Hit, "radius", 1, saturate(near));
         tap.put(Stage::Hit, "length", 0, saturate(start));
         tap.put(Stage::Hit, "ratio", 0, p_un);
     }

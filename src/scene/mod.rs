@@ -311,7 +311,7 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
                 "scene",
                 format!("one of the ENV operation: {}", names.join(", ")),
                 format!("`{name}`, which needs the HIT operation"),
-                format!("`tapline impostor study {name}` measures it"),
+                "name another scene",
             ));
         }
         return Err(InputError::new(

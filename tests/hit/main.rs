@@ -2,6 +2,7 @@
 
 mod exact;
 mod knobs;
+mod room;
 
 use std::collections::BTreeMap;
 

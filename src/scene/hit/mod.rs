@@ -19,6 +19,8 @@ use view::{Finish, View, look_at};
 const HIT: &[Stage] = &[
     Stage::CubeFace,
     Stage::Jacobian,
+    Stage::RayCone,
+    Stage::Hit,
     Stage::Covariance,
     Stage::Eigen,
     Stage::Footprint,

@@ -1,0 +1,220 @@
+//! What a command renders: a scene of the ENV or of the HIT operation, by any engine.
+
+use super::args::SceneArgs;
+use super::subject;
+use crate::cube::CubeMap;
+use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
+use crate::engine::hit::HitRtl;
+use crate::engine::hit_subject::HitSubject;
+use crate::engine::registers::{self, RegisterErrors};
+use crate::engine::rtl::RtlEngine;
+use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
+use crate::error::InputError;
+use crate::impostor::Impostor;
+use crate::picture::Picture;
+use crate::report::error_map::{colour_of_steps, mosaic};
+use crate::scene::{SceneOptions, hit};
+use crate::settings::Settings;
+use crate::srgb::srgb_decode;
+use crate::truth::TruthOptions;
+use crate::unit::UnitSpec;
+
+/// A scene with its maps.
+pub(super) enum Job {
+    /// Fragments of reflections.
+    Env(Box<Subject>),
+    /// Rays against an impostor.
+    Hit(Box<HitSubject>),
+}
+
+/// The integer model, compiled for a job.
+pub(super) enum Rtl {
+    Env(Box<RtlEngine>),
+    Hit(Box<HitRtl>),
+}
+
+/// The pictures beside the engines' own that `--out` writes for scenes of the HIT operation.
+pub(super) const HIT_PICTURES: [&str; 3] = ["classic", "views", "iterations"];
+
+impl Job {
+    /// Loads and builds what the flags ask for; warnings go to stderr.
+    pub(super) fn load(
+        name: &str,
+        args: &SceneArgs,
+        settings: &Settings,
+    ) -> Result<Self, InputError> {
+        if !hit::is_hit_scene(name) {
+            args.refuse_distance()?;
+            return Ok(Self::Env(Box::new(subject::load(name, args, settings)?)));
+        }
+        subject::check_exposure(args.exposure)?;
+        if args.mesh.is_some() {
+            return Err(InputError::new(
+                "--mesh",
+                "a scene whose reflector is a ball, such as sphere",
+                format!("scene `{name}`"),
+                "leave it out or choose another scene",
+            ));
+        }
+        let options = SceneOptions {
+            width: args.size.0,
+            height: args.size.1,
+            face_size: args.face_size,
+            bump: subject::load_bump(args)?,
+            mesh: None,
+        };
+        let scene = hit::build(name, &options)?;
+        let distance = args.distance()?;
+        let other = subject::load_map(args)?;
+        let own_colours = other.is_none();
+        let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+        let map = other.unwrap_or(impostor.colour);
+        let distance = distance.unwrap_or(crate::distance::Distance::Cube(impostor.distance));
+        Ok(Self::Hit(Box::new(HitSubject::new(
+            scene,
+            map,
+            distance,
+            own_colours,
+        ))))
+    }
+
+    /// Columns and rows.
+    pub(super) fn size(&self) -> [usize; 2] {
+        match self {
+            Self::Env(s) => [s.scene.width, s.scene.height],
+            Self::Hit(s) => [s.scene.width, s.scene.height],
+        }
+    }
+
+    /// Fragments, or rays.
+    pub(super) fn fragments(&self) -> usize {
+        match self {
+            Self::Env(s) => s.scene.fragments.len(),
+            Self::Hit(s) => s.scene.rays.len(),
+        }
+    }
+
+    /// Fragments that an engine's progress counts: `truth` works on pixels.
+    pub(super) fn total(&self, rung: Rung) -> u64 {
+        match self {
+            Self::Hit(s) if rung == Rung::Truth => to_u64(s.scene.pixels().len()),
+            Self::Env(_) | Self::Hit(_) => to_u64(self.fragments()),
+        }
+    }
+
+    /// The environment that is filtered.
+    pub(super) fn map(&self) -> &CubeMap {
+        match self {
+            Self::Env(s) => &s.map,
+            Self::Hit(s) => &s.map,
+        }
+    }
+
+    /// Where the colours come from if no file was named.
+    pub(super) fn environment(&self) -> &'static str {
+        match self {
+            Self::Env(_) => "procedural environment",
+            Self::Hit(_) => "the world's impostor",
+        }
+    }
+
+    /// Compiles the integer model.
+    pub(super) fn rtl(&self, spec: &UnitSpec) -> Result<Rtl, InputError> {
+        Ok(match self {
+            Self::Env(s) => Rtl::Env(Box::new(RtlEngine::new(spec, s.needs(), &s.map)?)),
+            Self::Hit(s) => Rtl::Hit(Box::new(HitRtl::new(
+                spec,
+                &s.distance,
+                Some(&s.map),
+                s.map.size(),
+            )?)),
+        })
+    }
+
+    /// Renders by the integer model.
+    pub(super) fn render_rtl(&self, rtl: &Rtl, progress: Progress<'_>) -> Option<Rendering> {
+        match (self, rtl) {
+            (Self::Env(s), Rtl::Env(engine)) => Some(engine.render(s, progress)),
+            (Self::Hit(s), Rtl::Hit(engine)) => Some(s.rtl(engine, progress)),
+            (Self::Env(_), Rtl::Hit(_)) | (Self::Hit(_), Rtl::Env(_)) => None,
+        }
+    }
+
+    /// Renders by one of the float engines; nothing for the others.
+    pub(super) fn render_float(
+        &self,
+        rung: Rung,
+        settings: &Settings,
+        options: &TruthOptions,
+        progress: Progress<'_>,
+    ) -> Option<Rendering> {
+        let settings = settings.clone();
+        match (self, rung) {
+            (_, Rung::Rtl | Rung::Gpu) => None,
+            (Self::Env(s), Rung::F64) => Some(F64Engine { settings }.render(s, progress)),
+            (Self::Env(s), Rung::Ewa) => Some(EwaEngine { settings }.render(s, progress)),
+            (Self::Env(s), Rung::Truth) => {
+                let options = *options;
+                Some(TruthEngine { settings, options }.render(s, progress))
+            }
+            (Self::Hit(s), Rung::F64) => Some(s.f64(&settings, progress)),
+            (Self::Hit(s), Rung::Ewa) => Some(s.ewa(&settings, progress)),
+            (Self::Hit(s), Rung::Truth) => Some(s.truth(options, progress)),
+        }
+    }
+
+    /// Every register of the integer model against the float reference.
+    pub(super) fn registers(
+        &self,
+        rtl: &Rtl,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Option<RegisterErrors> {
+        match (self, rtl) {
+            (Self::Env(s), Rtl::Env(e)) => Some(registers::compare(e, settings, s, progress)),
+            (Self::Hit(s), Rtl::Hit(e)) => Some(s.registers(e, settings, progress)),
+            (Self::Env(_), Rtl::Hit(_)) | (Self::Hit(_), Rtl::Env(_)) => None,
+        }
+    }
+
+    /// The pictures of [`HIT_PICTURES`]: the look-up by R alone; that, the hit and real rays side by side; the
+    /// look-ups of each pixel's first ray. `hit` is by the float reference, else by the integer model.
+    pub(super) fn hit_pictures(
+        &self,
+        settings: &Settings,
+        hit: Option<&Rendering>,
+        truth: Option<&Rendering>,
+    ) -> Vec<(&'static str, Picture)> {
+        let Self::Hit(subject) = self else {
+            return Vec::new();
+        };
+        let classic = subject.classic(settings);
+        let mut views = vec![(&classic, "classic")];
+        views.extend(hit.map(|r| (&r.picture, "hit")));
+        views.extend(truth.map(|r| (&r.picture, "rays")));
+        let views = mosaic(&views, 8);
+        let mut out = vec![(HIT_PICTURES[1], views)];
+        if let Some(searches) = hit.and_then(|r| r.searches.as_ref()) {
+            let most = searches.iterations.iter().copied().max().unwrap_or(0);
+            let mut picture = Picture::new(subject.scene.width, subject.scene.height);
+            picture.rgb.fill([0.1; 3]);
+            let mut before = None;
+            for (ray, n) in subject.scene.rays.iter().zip(&searches.iterations) {
+                if before == Some(ray.pixel) {
+                    continue;
+                }
+                before = Some(ray.pixel);
+                let [x, y] = ray.pixel.map(|c| usize::try_from(c).unwrap_or(0));
+                let index = y * subject.scene.width + x;
+                let share = f64::from(*n) / f64::from(most.max(1));
+                picture.rgb[index] = colour_of_steps(libm::exp2(16.0 * share - 8.0))
+                    .map(|c| srgb_decode(f64::from(c) / 255.0));
+                picture.covered[index] = true;
+            }
+            let label = format!("look-ups 0 = dark, {most} = white");
+            out.push((HIT_PICTURES[2], mosaic(&[(&picture, &label)], 8)));
+        }
+        out.insert(0, (HIT_PICTURES[0], classic));
+        out
+    }
+}

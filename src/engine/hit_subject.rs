@@ -1,0 +1,268 @@
+//! A scene of the HIT operation as every engine renders it.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::hit::{HitF64, HitResult, HitRtl};
+use super::probe::{FloatProbe, RtlProbe};
+use super::registers::RegisterErrors;
+use super::{Progress, Rendering, Searches, to_u64};
+use crate::cube::CubeMap;
+use crate::distance::Distance;
+use crate::fragment::HitFragment;
+use crate::picture::Picture;
+use crate::reference::{NoTap, Texture, ewa_counted};
+use crate::scene::hit::HitScene;
+use crate::settings::Settings;
+use crate::truth::texels::PaddedCube;
+use crate::truth::{TruthOptions, supersample};
+
+/// Rays that one task takes at a time.
+const CHUNK: usize = 256;
+
+/// A scene of rays with its impostor.
+#[derive(Clone, Debug)]
+pub struct HitSubject {
+    /// Rays, eye and world.
+    pub scene: HitScene,
+    /// Colours of the impostor, or what the user put in their place, with the mip chain.
+    pub map: CubeMap,
+    /// Distances.
+    pub distance: Distance,
+    /// Whether `map` shows the scene's own world: then real rays see the world itself, and else the map in
+    /// the direction of what they meet.
+    pub own_colours: bool,
+    /// Colours of the pixels that show no ray, and black elsewhere.
+    pub background: Vec<[f64; 3]>,
+}
+
+impl HitSubject {
+    /// A subject; the background is what the eye sees past the object.
+    #[must_use]
+    pub fn new(scene: HitScene, map: CubeMap, distance: Distance, own_colours: bool) -> Self {
+        let mut covered = vec![false; scene.width * scene.height];
+        for ray in &scene.rays {
+            covered[place(&scene, ray.pixel)] = true;
+        }
+        let background = covered
+            .par_iter()
+            .enumerate()
+            .map(|(i, covered)| {
+                if *covered {
+                    [0.0; 3]
+                } else {
+                    scene.view.past(i % scene.width, i / scene.width)
+                }
+            })
+            .collect();
+        Self {
+            scene,
+            map,
+            distance,
+            own_colours,
+            background,
+        }
+    }
+
+    /// The rays as the unit takes them.
+    #[must_use]
+    pub fn fragments(&self) -> Vec<HitFragment> {
+        self.scene.rays.iter().map(|ray| ray.fragment).collect()
+    }
+
+    /// The picture of `colors`, one a ray, over the background: a pixel is the weighted sum over its rays.
+    #[must_use]
+    pub fn picture(&self, colors: &[[f64; 3]]) -> Picture {
+        let mut picture = Picture::new(self.scene.width, self.scene.height);
+        picture.rgb.copy_from_slice(&self.background);
+        for (ray, color) in self.scene.rays.iter().zip(colors) {
+            let index = place(&self.scene, ray.pixel);
+            picture.covered[index] = true;
+            let weighted = ray.weight.iter().zip(color);
+            for (sum, (weight, color)) in picture.rgb[index].iter_mut().zip(weighted) {
+                *sum += weight * color;
+            }
+        }
+        picture
+    }
+
+    fn rendering(&self, start: Instant, results: Vec<HitResult>) -> Rendering {
+        let seconds = start.elapsed().as_secs_f64();
+        let mut flags = BTreeMap::new();
+        for name in results.iter().flat_map(|r| &r.flags) {
+            *flags.entry(name.clone()).or_default() += 1;
+        }
+        let colors: Vec<[f64; 3]> = results.iter().map(|r| r.color).collect();
+        Rendering {
+            picture: self.picture(&colors),
+            seconds,
+            probes: results.iter().map(|r| u64::from(r.probes)).sum(),
+            texels: results.iter().map(|r| r.texels).sum(),
+            flags,
+            standard_error: None,
+            searches: Some(Searches::of(&results)),
+        }
+    }
+
+    /// By the integer model.
+    #[must_use]
+    pub fn rtl(&self, engine: &HitRtl, progress: Progress<'_>) -> Rendering {
+        let fragments = self.fragments();
+        let start = Instant::now();
+        self.rendering(start, engine.filter(&fragments, progress))
+    }
+
+    /// The float reference over this subject's maps.
+    #[must_use]
+    pub fn reference(&self, settings: &Settings) -> HitF64<'_> {
+        HitF64::new(settings, &self.distance, Some(&self.map), self.map.size())
+    }
+
+    /// By the float reference.
+    #[must_use]
+    pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
+        let fragments = self.fragments();
+        let start = Instant::now();
+        self.rendering(start, self.reference(settings).filter(&fragments, progress))
+    }
+
+    /// The environment in the direction of R alone, as if every ray started at the reference point.
+    #[must_use]
+    pub fn classic(&self, settings: &Settings) -> Picture {
+        let mut fragments = self.fragments();
+        for fragment in &mut fragments {
+            fragment.x = [0.0; 3];
+        }
+        let results = self.reference(settings).filter(&fragments, &|_| {});
+        let colors: Vec<[f64; 3]> = results.iter().map(|r| r.color).collect();
+        self.picture(&colors)
+    }
+
+    /// By the elliptical Gaussian of the float reference's covariance at the float reference's hit.
+    #[must_use]
+    pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
+        let start = Instant::now();
+        let engine = HitF64::new(settings, &self.distance, None, self.map.size());
+        let texture = Texture::new(&self.map);
+        let parts: Vec<Vec<([f64; 3], u64)>> = self
+            .scene
+            .rays
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let part = chunk
+                    .iter()
+                    .map(|ray| {
+                        let env = engine.trace(&ray.fragment, &mut NoTap).env;
+                        env.map_or(([0.0; 3], 0), |env| {
+                            let ewa = ewa_counted(&env, &texture);
+                            (ewa.color, ewa.points)
+                        })
+                    })
+                    .collect();
+                progress(to_u64(chunk.len()));
+                part
+            })
+            .collect();
+        let seconds = start.elapsed().as_secs_f64();
+        let (colors, points): (Vec<_>, Vec<u64>) = parts.into_iter().flatten().unzip();
+        Rendering {
+            picture: self.picture(&colors),
+            seconds,
+            probes: to_u64(colors.len()),
+            texels: points.iter().sum(),
+            flags: BTreeMap::new(),
+            standard_error: None,
+            searches: None,
+        }
+    }
+
+    /// By real rays into the world.
+    #[must_use]
+    pub fn truth(&self, options: &TruthOptions, progress: Progress<'_>) -> Rendering {
+        let start = Instant::now();
+        let texels = PaddedCube::new(&self.map.levels[0]);
+        let view = &self.scene.view;
+        let shade = |px: f64, py: f64| {
+            if self.own_colours {
+                return view.shade(px, py);
+            }
+            let mut sum = [0.0; 3];
+            view.leaving(px, py, &mut |leaving| {
+                let sight = view.world.look(leaving.fragment.x, leaving.fragment.r);
+                let found = texels.look_up(sight.map_or(leaving.fragment.r, |s| s.point));
+                for c in 0..3 {
+                    sum[c] += leaving.weight[c] * found[c];
+                }
+            })
+            .then_some(sum)
+        };
+        let pixels = self.scene.pixels();
+        let size = [self.scene.width, self.scene.height];
+        let result = supersample(size, &pixels, &shade, options, progress);
+        let seconds = start.elapsed().as_secs_f64();
+        let mut picture = result.picture;
+        for (i, background) in self.background.iter().enumerate() {
+            if !picture.covered[i] {
+                picture.rgb[i] = *background;
+            }
+        }
+        Rendering {
+            picture,
+            seconds,
+            probes: result.samples,
+            texels: 0,
+            flags: BTreeMap::new(),
+            standard_error: Some(result.rms_standard_error),
+            searches: None,
+        }
+    }
+
+    /// Compares every register of every ray whose search took the same way in both engines.
+    #[must_use]
+    pub fn registers(
+        &self,
+        engine: &HitRtl,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> RegisterErrors {
+        let reference = self.reference(settings);
+        let parts: Vec<RegisterErrors> = self
+            .scene
+            .rays
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut errors = RegisterErrors::default();
+                let (mut mine, mut theirs) = (RtlProbe::default(), FloatProbe::default());
+                for ray in chunk {
+                    let (here, face) = engine.trace(&ray.fragment, &mut mine);
+                    theirs.clear();
+                    let there = reference.trace(&ray.fragment, &mut theirs);
+                    let hit = &there.hit;
+                    if (here.status, here.iterations) != (hit.status, hit.iterations) {
+                        errors.other_search += 1;
+                        errors.fragments += 1;
+                        continue;
+                    }
+                    let same_face = there
+                        .env
+                        .is_none_or(|env| crate::cube::FACE_NAMES[env.face] == face);
+                    let same_count = there.env.is_none_or(|env| env.probes == here.probes);
+                    errors.add(&mine, &theirs, ray.pixel, same_face, same_count);
+                }
+                progress(to_u64(chunk.len()));
+                errors
+            })
+            .collect();
+        parts
+            .iter()
+            .fold(RegisterErrors::default(), RegisterErrors::merge)
+    }
+}
+
+/// Index of a pixel.
+fn place(scene: &HitScene, [column, row]: [u32; 2]) -> usize {
+    let whole = |x: u32| usize::try_from(x).unwrap_or(usize::MAX);
+    whole(row) * scene.width + whole(column)
+}
