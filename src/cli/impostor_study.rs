@@ -3,23 +3,30 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use rtl_model::regs::Reg;
 use serde_json::{Value, json};
 
 use super::Failure;
 use super::output::{JsonTarget, Origin};
+use crate::distance::Distance;
+use crate::engine::hit::{HitF64, HitRtl};
 use crate::engine::to_u64;
+use crate::error::InputError;
+use crate::fragment::HitFragment;
 use crate::impostor::Impostor;
 use crate::impostor::footprints::{Footprint, filtered, supersampled};
-use crate::impostor::iterate::{Ending, Method, march, search};
-use crate::impostor::sampler::Distances;
-use crate::impostor::study::{Angles, Case, Row, cases, exact, run as measure};
+use crate::impostor::study::{
+    Angles, Case, Found, Row, cases, exact, farthest, marches, run as measure,
+};
+use crate::policy::{HitPolicy, HitStatus, Method};
+use crate::reference::Distances;
 use crate::report::metrics;
 use crate::report::table::{Align, Table, count, significant};
 use crate::scene::SceneOptions;
 use crate::scene::hit;
 use crate::truth::TruthOptions;
 use crate::truth::texels::PaddedCube;
-use crate::unit::UnitSpec;
+use crate::unit::{ReferenceAxis, UnitSpec};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -32,8 +39,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     face_size: Option<usize>,
     /// Fraction bits of τ: |f − 1| ≤ 2^-N has converged.
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(i32).range(1..=52))]
-    tolerance_bits: i32,
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=24))]
+    tolerance_bits: u32,
     /// Results as JSON; `-` is stdout.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -43,8 +50,8 @@ pub(super) struct Args {
 const AT: u32 = 6;
 /// The march: steps and halvings.
 const MARCH: [u32; 2] = [32, 6];
-/// Fraction bits of a distance word.
-const WORDS: [i32; 7] = [2, 4, 6, 8, 10, 12, 14];
+/// Fraction bits of `hit.distance`, in units of the map's power of two.
+const WORDS: [u32; 8] = [4, 6, 8, 10, 12, 14, 16, 20];
 /// Texels along an edge.
 const SIZES: [usize; 6] = [16, 32, 64, 128, 256, 512];
 
@@ -52,7 +59,8 @@ struct Line {
     table: &'static str,
     method: &'static str,
     iterations: u32,
-    distance_frac: Option<i32>,
+    engine: &'static str,
+    distance_frac: Option<u32>,
     face_size: usize,
     row: Row,
 }
@@ -68,7 +76,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     };
     let scene = hit::build(&args.scene, &options)?;
     let rays = cases(&scene);
-    let lines = sweep(args, &scene, &rays);
+    let lines = sweep(args, &scene, &rays)?;
     let map = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size).colour;
     let truth = supersampled(&scene, &map, &TruthOptions::default());
     let mut footprints = Vec::new();
@@ -115,7 +123,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )?;
         for (name, title) in [
             ("iterations", "iterations by method"),
-            ("words", "distance words (fraction bits), 6 iterations"),
+            (
+                "words",
+                "fraction bits of hit.distance, 6 iterations, by the integer model",
+            ),
             ("sizes", "texels along an edge, 6 iterations"),
             ("march", "linear march, 32 steps and 6 halvings"),
         ] {
@@ -159,63 +170,126 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     target.write(&Value::Object(root))
 }
 
-fn sweep(args: &Args, scene: &hit::HitScene, rays: &[Case]) -> Vec<Line> {
-    let tolerance = libm::ldexp(1.0, -args.tolerance_bits);
-    let mut lines = Vec::new();
-    let mut one = |impostor: &Impostor,
-                   frac: Option<i32>,
-                   jobs: &[(&'static str, Method, u32)],
-                   with_march: bool| {
-        let distances = Distances::new(&impostor.distance, frac);
-        let colours = PaddedCube::new(&impostor.colour.levels[0]);
-        let exact = exact(rays, &distances);
-        let look = |d: [f64; 3]| distances.look_up(d);
-        for (table, method, iterations) in jobs {
-            let row = measure(rays, &exact, &colours, &|case| {
-                search(&look, case.x, case.r, *method, *iterations, tolerance)
-            });
-            lines.push(Line {
-                table,
-                method: method.name(),
-                iterations: *iterations,
-                distance_frac: frac,
-                face_size: impostor.distance.size,
-                row,
-            });
+/// An impostor and what it is measured against.
+struct Subject<'a> {
+    cases: &'a [Case],
+    rays: Vec<HitFragment>,
+    distance: Distance,
+    face_size: usize,
+    distances: Distances,
+    farthest: f64,
+    colours: PaddedCube,
+    exact: Vec<Option<[f64; 3]>>,
+}
+
+impl<'a> Subject<'a> {
+    fn new(scene: &hit::HitScene, cases: &'a [Case], size: usize) -> Self {
+        let impostor = Impostor::build(&scene.view.world, [0.0; 3], size);
+        let farthest = farthest(&impostor.distance);
+        let distance = Distance::Cube(impostor.distance);
+        let distances = Distances::new(&distance);
+        Self {
+            rays: cases
+                .iter()
+                .map(|case| HitFragment {
+                    x: case.x,
+                    r: case.r,
+                    cone: None,
+                })
+                .collect(),
+            exact: exact(cases, &distances, farthest),
+            cases,
+            distance,
+            face_size: size,
+            distances,
+            farthest,
+            colours: PaddedCube::new(&impostor.colour.levels[0]),
         }
-        if with_march {
-            let [steps, halvings] = MARCH;
-            let row = measure(rays, &exact, &colours, &|case| {
-                let start = case.x.iter().map(|c| c * c).sum::<f64>().sqrt();
-                let range = distances.farthest + start;
-                march(&look, case.x, case.r, range, steps, halvings)
-            });
-            lines.push(Line {
-                table: "march",
-                method: "march",
-                iterations: steps + halvings,
-                distance_frac: frac,
-                face_size: impostor.distance.size,
-                row,
-            });
+    }
+
+    fn row(&self, found: &[Found]) -> Row {
+        measure(self.cases, &self.exact, &self.colours, found)
+    }
+
+    /// By the float reference.
+    fn by_f64(&self, table: &'static str, policy: HitPolicy) -> Line {
+        let mut settings = UnitSpec::default().settings(ReferenceAxis::Exact);
+        settings.hit = policy;
+        let engine = HitF64::new(&settings, &self.distance, None, 1);
+        let results = engine.filter(&self.rays, &|_| {});
+        let found: Vec<Found> = results.iter().map(Found::from).collect();
+        Line {
+            table,
+            method: policy.method.name(),
+            iterations: policy.iterations,
+            engine: "f64",
+            distance_frac: None,
+            face_size: self.face_size,
+            row: self.row(&found),
         }
+    }
+
+    /// By the integer model with so many fraction bits a distance.
+    fn by_rtl(
+        &self,
+        table: &'static str,
+        policy: HitPolicy,
+        frac: u32,
+    ) -> Result<Line, InputError> {
+        let mut spec = UnitSpec::default();
+        spec.config.hit = policy;
+        if let Some(format) = spec.config.formats.get_mut(Reg::HitDistance.index()) {
+            format.frac = frac;
+        }
+        let engine = HitRtl::new(&spec, &self.distance, None, 1)?;
+        let results = engine.filter(&self.rays, &|_| {});
+        let found: Vec<Found> = results.iter().map(Found::from).collect();
+        Ok(Line {
+            table,
+            method: policy.method.name(),
+            iterations: policy.iterations,
+            engine: "rtl",
+            distance_frac: Some(frac),
+            face_size: self.face_size,
+            row: self.row(&found),
+        })
+    }
+}
+
+fn sweep(args: &Args, scene: &hit::HitScene, cases: &[Case]) -> Result<Vec<Line>, InputError> {
+    let policy = |method, iterations| HitPolicy {
+        method,
+        iterations,
+        tolerance_bits: Some(args.tolerance_bits),
+        ..HitPolicy::default()
     };
-    let world = &scene.view.world;
-    let own = Impostor::build(world, [0.0; 3], scene.face_size);
-    let jobs: Vec<_> = Method::ALL
-        .into_iter()
-        .flat_map(|m| (0..=10).map(move |n| ("iterations", m, n)))
-        .collect();
-    one(&own, None, &jobs, true);
+    let own = Subject::new(scene, cases, scene.face_size);
+    let mut lines = Vec::new();
+    for method in Method::ALL {
+        for iterations in 0..=10 {
+            lines.push(own.by_f64("iterations", policy(*method, iterations)));
+        }
+    }
+    let found = marches(cases, &own.distances, own.farthest, MARCH);
+    lines.push(Line {
+        table: "march",
+        method: "march",
+        iterations: MARCH[0] + MARCH[1],
+        engine: "f64",
+        distance_frac: None,
+        face_size: own.face_size,
+        row: own.row(&found),
+    });
     for frac in WORDS {
-        one(&own, Some(frac), &[("words", Method::Secant, AT)], false);
+        lines.push(own.by_rtl("words", policy(Method::Secant, AT), frac)?);
     }
     for size in SIZES {
-        let impostor = Impostor::build(world, [0.0; 3], size);
-        let both = [Method::FalsePosition, Method::Secant].map(|m| ("sizes", m, AT));
-        one(&impostor, None, &both, false);
+        let other = Subject::new(scene, cases, size);
+        for method in [Method::FalsePosition, Method::Secant] {
+            lines.push(other.by_f64("sizes", policy(method, AT)));
+        }
     }
-    lines
+    Ok(lines)
 }
 
 /// The fewest look-ups of each method, the two before the loop included, that bring p95 against the
@@ -225,7 +299,7 @@ fn needed(lines: &[Line]) -> Vec<(&'static str, Option<u32>)> {
         return Vec::new();
     };
     Method::ALL
-        .into_iter()
+        .iter()
         .map(|m| {
             let least = lines
                 .iter()
@@ -241,6 +315,7 @@ fn table(lines: &[Line], name: &str, rays: usize) -> Table {
     let mut table = Table::new(&[
         ("method", Align::Left),
         ("iterations", Align::Right),
+        ("engine", Align::Left),
         ("frac", Align::Right),
         ("face", Align::Right),
         ("median (deg)", Align::Right),
@@ -254,7 +329,7 @@ fn table(lines: &[Line], name: &str, rays: usize) -> Table {
         ("max-iter. (%)", Align::Right),
         ("other (%)", Align::Right),
         ("look-ups", Align::Right),
-        ("overshoots", Align::Right),
+        ("overshot", Align::Right),
         ("false far", Align::Right),
     ]);
     for l in lines.iter().filter(|l| l.table == name) {
@@ -264,6 +339,7 @@ fn table(lines: &[Line], name: &str, rays: usize) -> Table {
         table.row([
             l.method.to_string(),
             l.iterations.to_string(),
+            l.engine.to_string(),
             l.distance_frac.map_or("f32".into(), |f| f.to_string()),
             l.face_size.to_string(),
             significant(r.real.median, 3),
@@ -286,7 +362,7 @@ fn table(lines: &[Line], name: &str, rays: usize) -> Table {
 
 fn line_json(l: &Line) -> Value {
     let angles = |a: &Angles| json!({"median": a.median, "p95": a.p95, "p99": a.p99, "max": a.max});
-    let endings: serde_json::Map<String, Value> = Ending::ALL
+    let endings: serde_json::Map<String, Value> = HitStatus::ALL
         .iter()
         .zip(l.row.endings)
         .map(|(e, n)| (e.name().to_string(), json!(n)))
@@ -295,13 +371,14 @@ fn line_json(l: &Line) -> Value {
         "table": l.table,
         "method": l.method,
         "iterations": l.iterations,
+        "engine": l.engine,
         "distance_frac": l.distance_frac,
         "face_size": l.face_size,
         "degrees_from_real": angles(&l.row.real),
         "degrees_from_surface": angles(&l.row.surface),
         "colour_rms_lsb8": l.row.colour_steps,
         "status": endings,
-        "overshoots": l.row.overshoots,
+        "rays_with_an_overshoot": l.row.overshoots,
         "look_ups_per_ray": l.row.look_ups,
         "converged_beyond_a_near_wall": l.row.false_far,
     })

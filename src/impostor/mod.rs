@@ -7,8 +7,7 @@
 //! Source: Szirmay-Kalos, Aszódi, Lazányi, "Ray Tracing Effects without Tracing Rays" (2005).
 
 pub mod footprints;
-pub mod iterate;
-pub mod sampler;
+pub mod march;
 pub mod study;
 pub mod write;
 

@@ -3,8 +3,11 @@
 
 use rayon::prelude::*;
 
-use super::iterate::{Ending, Found};
-use super::sampler::Distances;
+use super::march::march;
+use crate::distance::DistanceCube;
+use crate::engine::hit::HitResult;
+use crate::policy::HitStatus;
+use crate::reference::Distances;
 use crate::scene::hit::HitScene;
 use crate::srgb::srgb_encode;
 use crate::truth::texels::PaddedCube;
@@ -47,16 +50,61 @@ const FINE: u32 = 2048;
 /// Where each ray first passes behind the bilinear surface of an impostor: what an unlimited search could
 /// find there. `None` where it never does within reach.
 #[must_use]
-pub fn exact(cases: &[Case], distances: &Distances) -> Vec<Option<[f64; 3]>> {
+pub fn exact(cases: &[Case], distances: &Distances, farthest: f64) -> Vec<Option<[f64; 3]>> {
+    let all = marches(cases, distances, farthest, [FINE, 48]);
+    let surface = |found: Found| (found.status == HitStatus::Converged).then_some(found.l);
+    all.into_iter().map(surface).collect()
+}
+
+/// [`march`] of every ray, as far as the farthest wall can be.
+#[must_use]
+pub fn marches(
+    cases: &[Case],
+    distances: &Distances,
+    farthest: f64,
+    [steps, halvings]: [u32; 2],
+) -> Vec<Found> {
     cases
         .par_iter()
         .map(|case| {
-            let range = distances.farthest + length(case.x);
-            let look = |d: [f64; 3]| distances.look_up(d);
-            let found = super::iterate::march(&look, case.x, case.r, range, FINE, 48);
-            (found.ending == Ending::Converged).then_some(found.l)
+            let range = farthest + length(case.x);
+            march(distances, case.x, case.r, range, steps, halvings)
         })
         .collect()
+}
+
+/// Largest finite distance of a cube; 0 where there is none.
+#[must_use]
+pub fn farthest(cube: &DistanceCube) -> f64 {
+    let finite = cube.texels.iter().filter(|t| t.is_finite());
+    finite.fold(0.0, |most: f64, t| most.max(f64::from(*t)))
+}
+
+/// What a search found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The point (where it escaped the direction).
+    pub l: [f64; 3],
+    /// Its distance along the ray.
+    pub d: f64,
+    /// Look-ups made in the loop.
+    pub look_ups: u32,
+    /// Whether one of them lay behind the surface.
+    pub overshot: bool,
+    /// How it ended.
+    pub status: HitStatus,
+}
+
+impl From<&HitResult> for Found {
+    fn from(result: &HitResult) -> Self {
+        Self {
+            l: result.l,
+            d: result.d,
+            look_ups: result.iterations,
+            overshot: result.overshot,
+            status: result.status,
+        }
+    }
 }
 
 fn length(a: [f64; 3]) -> f64 {
@@ -113,9 +161,9 @@ pub struct Row {
     /// RMS over rays and channels of colour(l) − colour(real hit), both bilinear at level 0 of the
     /// impostor, in 8-bit sRGB steps.
     pub colour_steps: f64,
-    /// Rays by ending, in the order of [`Ending::ALL`].
+    /// Rays by status, in the order of [`HitStatus::ALL`].
     pub endings: [u64; 6],
-    /// Look-ups behind the surface, over all rays.
+    /// Rays with a look-up behind the surface.
     pub overshoots: u64,
     /// Look-ups in the loop per ray.
     pub look_ups: f64,
@@ -128,29 +176,28 @@ pub struct Row {
 /// farther apart than that, and an impostor's own error on the right wall is far below.
 pub const FAR_SHARE: f64 = 0.1;
 
-/// Runs a search over all rays.
+/// Sums up what a search found for every ray.
 #[must_use]
 pub fn run(
     cases: &[Case],
     exact: &[Option<[f64; 3]>],
     colours: &PaddedCube,
-    search: &(dyn Fn(&Case) -> Found + Sync),
+    found: &[Found],
 ) -> Row {
-    let found: Vec<Found> = cases.par_iter().map(search).collect();
     let mut endings = [0; 6];
     let (mut overshoots, mut look_ups, mut false_far, mut squares) = (0, 0, 0, 0.0);
     let (mut real, mut surface) = (Vec::with_capacity(cases.len()), Vec::new());
     let encode = |c: f64| 255.0 * srgb_encode(c.clamp(0.0, 1.0));
-    for ((case, exact), found) in cases.iter().zip(exact).zip(&found) {
+    for ((case, exact), found) in cases.iter().zip(exact).zip(found) {
         real.push(degrees(found.l, case.real));
         surface.extend(exact.map(|l| degrees(found.l, l)));
-        if let Some(index) = Ending::ALL.iter().position(|e| *e == found.ending) {
+        if let Some(index) = HitStatus::ALL.iter().position(|e| *e == found.status) {
             endings[index] += 1;
         }
-        overshoots += u64::from(found.overshoots);
+        overshoots += u64::from(found.overshot);
         look_ups += u64::from(found.look_ups);
         let beyond = found.d > case.d * (1.0 + FAR_SHARE);
-        false_far += u64::from(found.ending == Ending::Converged && beyond);
+        false_far += u64::from(found.status == HitStatus::Converged && beyond);
         let (a, b) = (colours.look_up(found.l), colours.look_up(case.real));
         for c in 0..3 {
             let step = encode(a[c]) - encode(b[c]);
