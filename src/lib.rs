@@ -5,6 +5,7 @@
 
 pub use rtl_model::policy;
 
+pub mod caustic;
 pub mod cli;
 pub mod cube;
 pub mod distance;

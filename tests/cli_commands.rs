@@ -104,6 +104,30 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     ] {
         assert!(folder.path().join("out").join(name).is_file(), "{name}");
     }
+    let out = path("glass");
+    let mut args = vec![
+        "compare",
+        "glass",
+        "--engines",
+        "rtl,f64",
+        "--json",
+        "-",
+        "--out",
+        &out,
+    ];
+    args.extend(small);
+    let value = tapline(&args).done().json();
+    let caustic = &value["caustic"];
+    for engine in ["rtl", "f64", "truth"] {
+        let by = &caustic["engines"][engine];
+        assert!(by["landed"].as_u64() > Some(3000), "{by}");
+        let green = |key: &str| by[key][1].as_f64().unwrap();
+        let [landed, arrived] = ["power_of_the_landed", "power_on_the_walls"].map(green);
+        // 3000 photons of some 80 texels, each term rounded a few times.
+        assert!((arrived / landed - 1.0).abs() < 3000.0 * 80.0 * f64::EPSILON);
+    }
+    assert!(caustic["pairs"][0]["relative_rms"].as_f64() > Some(0.0));
+    assert!(folder.path().join("glass/lightmap.png").is_file());
     let picture = path("a.exr");
     let render = [
         "render", "columns", "--engine", "rtl", "-o", &picture, "--size", "24x24",

@@ -5,12 +5,10 @@ mod rtl_support;
 
 use std::fmt::Write as _;
 
-use tapline::distance::Distance;
 use tapline::engine::Engine;
 use tapline::engine::float::F64Engine;
 use tapline::engine::hit::HitRtl;
 use tapline::engine::hit_subject::HitSubject;
-use tapline::impostor::Impostor;
 use tapline::report::hash::{hash_text, picture_hash};
 use tapline::scene::hit::{self, HIT_SCENES};
 use tapline::scene::{SCENES, SceneOptions};
@@ -24,9 +22,7 @@ fn hit_subject(name: &str) -> HitSubject {
         ..SceneOptions::default()
     };
     let scene = hit::build(name, &options).expect("a built-in scene");
-    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
-    let distance = Distance::Cube(impostor.distance);
-    HitSubject::new(scene, impostor.colour, distance, true)
+    HitSubject::built_in(scene)
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
-use super::job::Job;
+use super::job::{Caustics, Job};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
@@ -14,7 +14,6 @@ use crate::engine::registers::RegisterErrors;
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::report::metrics::{self, Pair};
-use crate::scene::hit::is_hit_scene;
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;
@@ -64,6 +63,8 @@ pub(super) struct Results {
     pub(super) pairs: Vec<(Rung, Rung, Pair)>,
     /// `rtl` against `f64`, where both ran.
     pub(super) registers: Option<RegisterErrors>,
+    /// The scene's caustic, if it has one.
+    pub(super) caustics: Option<Caustics>,
     /// The engines that did not run.
     pub(super) skipped: Vec<Skipped>,
 }
@@ -88,7 +89,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // The folder first: the JSON file may lie in it.
     let files = match &args.out {
         None => None,
-        Some(folder) => Some(OutFiles::create(folder, &rungs, is_hit_scene(&args.scene))?),
+        Some(folder) => Some(OutFiles::create(folder, &rungs, &args.scene)?),
     };
     let json_target = JsonTarget::open(args.json.as_deref())?;
     let job = Job::load(&args.scene, &args.scene_args, &settings)?;
@@ -220,6 +221,7 @@ fn render_all(
         renderings,
         pairs,
         registers,
+        caustics: job.caustics(rungs, rtl.as_ref(), settings),
         skipped: Vec::new(),
     })
 }

@@ -16,6 +16,7 @@ use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
 use crate::report::error_map::{error_map, mosaic};
 use crate::report::html;
+use crate::scene::hit::is_hit_scene;
 use crate::settings::Settings;
 
 /// The files of `--out`, all created before the work starts.
@@ -32,7 +33,8 @@ pub(super) struct OutFiles {
 
 impl OutFiles {
     /// Makes the folder and a temporary for each file of these engines.
-    pub(super) fn create(folder: &Path, rungs: &[Rung], hit: bool) -> Result<Self, InputError> {
+    pub(super) fn create(folder: &Path, rungs: &[Rung], scene: &str) -> Result<Self, InputError> {
+        let hit = is_hit_scene(scene);
         let made = OutputFolder::create(folder).map_err(|e| {
             InputError::new(
                 folder.display().to_string(),
@@ -59,7 +61,12 @@ impl OutFiles {
         let mut pictures = Vec::new();
         let searched = rungs.contains(&Rung::Rtl) || rungs.contains(&Rung::F64);
         for name in HIT_PICTURES.into_iter().filter(|_| hit) {
-            if searched || name != "iterations" {
+            let there = match name {
+                "iterations" => searched,
+                "lightmap" => scene == "glass",
+                _ => true,
+            };
+            if there {
                 pictures.push((name, file(format!("{name}.png"))?));
             }
         }
@@ -144,7 +151,12 @@ impl OutFiles {
             done.push(put(file, &bytes)?);
         }
         let found = results.get(Rung::F64).or_else(|| results.get(Rung::Rtl));
-        let made = job.hit_pictures(settings, found, results.get(Rung::Truth));
+        let made = job.hit_pictures(
+            settings,
+            found,
+            results.get(Rung::Truth),
+            results.caustics.as_ref(),
+        );
         for (name, file) in self.hit {
             let Some((_, picture)) = made.iter().find(|(n, _)| *n == name) else {
                 continue;

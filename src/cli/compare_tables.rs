@@ -7,8 +7,9 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use super::compare::{Args, Results};
-use super::job::Job;
+use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
+use crate::caustic::difference;
 use crate::engine::registers::{RegisterError, RegisterErrors};
 use crate::engine::{Rung, to_u64};
 use crate::report::table::{Align, Table, count, fixed, optional, significant};
@@ -96,6 +97,9 @@ pub(super) fn to_json(
     });
     root.insert("registers".into(), Value::Array(rows.collect()));
     root.insert("flags".into(), json!(flags(results)));
+    if let Some(caustics) = &results.caustics {
+        root.insert("caustic".into(), caustic_json(caustics));
+    }
     let skipped = results
         .skipped
         .iter()
@@ -104,6 +108,58 @@ pub(super) fn to_json(
     root.insert("skipped".into(), Value::Array(skipped));
     root.insert("adapter".into(), Value::Null);
     Value::Object(root)
+}
+
+/// The ladder's name of a caustic's maker: `truth` is real rays.
+fn caustic_json(caustics: &Caustics) -> Value {
+    let mut by = Map::new();
+    for (rung, caustic) in &caustics.by {
+        by.insert(
+            rung.name().into(),
+            json!({
+                "landed": caustic.landed,
+                "power_of_the_landed": caustic.power,
+                "power_on_the_walls": caustic.map.power(),
+            }),
+        );
+    }
+    let pairs: Vec<Value> = caustics
+        .by
+        .windows(2)
+        .map(|pair| {
+            let [(a, x), (b, y)] = pair else {
+                return Value::Null;
+            };
+            json!({"a": a.name(), "b": b.name(), "relative_rms": difference(&x.map, &y.map)})
+        })
+        .collect();
+    json!({"photons": caustics.photons, "engines": by, "pairs": pairs})
+}
+
+/// The caustic, engine by engine.
+fn print_caustic(out: &mut impl std::io::Write, caustics: &Caustics) -> Result<(), Failure> {
+    let mut table = Table::new(&[
+        ("caustic", Align::Left),
+        ("photons that landed", Align::Right),
+        ("their power (G)", Align::Right),
+        ("on the walls (G)", Align::Right),
+        ("RMS from the next (%)", Align::Right),
+    ]);
+    for (i, (rung, caustic)) in caustics.by.iter().enumerate() {
+        let apart = caustics
+            .by
+            .get(i + 1)
+            .map(|(_, next)| 100.0 * difference(&caustic.map, &next.map));
+        table.row([
+            rung.name().to_string(),
+            format!("{} of {}", caustic.landed, caustics.photons),
+            significant(caustic.power[1], 5),
+            significant(caustic.map.power()[1], 5),
+            apart.map_or("-".into(), |a| significant(a, 3)),
+        ]);
+    }
+    writeln!(out, "{table}")?;
+    Ok(())
 }
 
 /// How the searches of the HIT operation ended, by engine.
@@ -213,6 +269,9 @@ pub(super) fn print_tables(
     }
     writeln!(out, "{speed}")?;
     print_searches(&mut out, results)?;
+    if let Some(caustics) = &results.caustics {
+        print_caustic(&mut out, caustics)?;
+    }
     if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
         writeln!(
             out,

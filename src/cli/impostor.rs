@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use super::output::Origin;
 use super::{Failure, impostor_study};
+use crate::engine::hit_subject::lit;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
-use crate::impostor::{Impostor, write_impostor};
+use crate::impostor::write_impostor;
 use crate::scene::SceneOptions;
 use crate::scene::hit;
 use crate::unit::UnitSpec;
@@ -69,9 +70,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         bump: None,
         mesh: None,
     };
-    let scene = hit::build(scene, &options)?;
+    let mut scene = hit::build(scene, &options)?;
     let mut file = WholeFile::create(output)?;
-    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let impostor = lit(&mut scene).0;
     let origin = Origin::new(&UnitSpec::default());
     let attributes = origin.attributes(&format!("impostor of {}", scene.info.name));
     file.write_with(|w| write_impostor(w, &impostor, &attributes))?;

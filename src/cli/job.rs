@@ -2,17 +2,18 @@
 
 use super::args::SceneArgs;
 use super::subject;
+use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
 use crate::engine::hit::HitRtl;
-use crate::engine::hit_subject::HitSubject;
+use crate::engine::hit_subject::{HitSubject, lit};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
 use crate::error::InputError;
-use crate::impostor::Impostor;
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
+use crate::scene::world::light::WallMap;
 use crate::scene::{SceneOptions, hit};
 use crate::settings::Settings;
 use crate::srgb::srgb_decode;
@@ -33,8 +34,53 @@ pub(super) enum Rtl {
     Hit(Box<HitRtl>),
 }
 
-/// The pictures beside the engines' own that `--out` writes for scenes of the HIT operation.
-pub(super) const HIT_PICTURES: [&str; 3] = ["classic", "views", "iterations"];
+/// The pictures beside the engines' own that `--out` writes for scenes of the HIT operation, the last one where
+/// there is a caustic.
+pub(super) const HIT_PICTURES: [&str; 4] = ["classic", "views", "iterations", "lightmap"];
+
+/// The scene's caustic by those engines that search, and by real rays.
+pub(super) struct Caustics {
+    /// Photons that entered the object.
+    pub(super) photons: usize,
+    /// In the ladder's order; `truth` is real rays.
+    pub(super) by: Vec<(Rung, Caustic)>,
+}
+
+impl Caustics {
+    /// The wall that gets the most light from real rays, by every engine, side by side; its brightest texel is white.
+    fn picture(&self) -> Option<Picture> {
+        let (_, rays) = self.by.last()?;
+        let power = |w: &WallMap| w.texels.iter().map(|t| t[0]).sum::<f64>() * w.area;
+        let walls = &rays.map.walls;
+        let most =
+            (0..walls.len()).max_by(|a, b| power(&walls[*a]).total_cmp(&power(&walls[*b])))?;
+        let brightest = walls[most]
+            .texels
+            .iter()
+            .flatten()
+            .fold(1e-9, |a: f64, b| a.max(*b));
+        let shown: Vec<(Picture, String)> = self
+            .by
+            .iter()
+            .map(|(rung, caustic)| {
+                let wall = &caustic.map.walls[most];
+                let mut picture = Picture::new(wall.columns, wall.rows);
+                for (rgb, light) in picture.rgb.iter_mut().zip(&wall.texels) {
+                    *rgb = light.map(|e| e / brightest);
+                }
+                picture.covered.fill(true);
+                let name = if *rung == Rung::Truth {
+                    "rays"
+                } else {
+                    rung.name()
+                };
+                (picture, name.to_string())
+            })
+            .collect();
+        let row: Vec<(&Picture, &str)> = shown.iter().map(|(p, n)| (p, n.as_str())).collect();
+        Some(mosaic(&row, 8))
+    }
+}
 
 impl Job {
     /// Loads and builds what the flags ask for; warnings go to stderr.
@@ -48,34 +94,26 @@ impl Job {
             return Ok(Self::Env(Box::new(subject::load(name, args, settings)?)));
         }
         subject::check_exposure(args.exposure)?;
-        if args.mesh.is_some() {
-            return Err(InputError::new(
-                "--mesh",
-                "a scene whose reflector is a ball, such as sphere",
-                format!("scene `{name}`"),
-                "leave it out or choose another scene",
-            ));
-        }
         let options = SceneOptions {
             width: args.size.0,
             height: args.size.1,
             face_size: args.face_size,
             bump: subject::load_bump(args)?,
-            mesh: None,
+            mesh: args.mesh.clone(),
         };
-        let scene = hit::build(name, &options)?;
+        let mut scene = hit::build(name, &options)?;
+        for note in &scene.notes {
+            super::note(note);
+        }
         let distance = args.distance()?;
         let other = subject::load_map(args)?;
         let own_colours = other.is_none();
-        let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+        let (impostor, lit) = lit(&mut scene);
         let map = other.unwrap_or(impostor.colour);
         let distance = distance.unwrap_or(crate::distance::Distance::Cube(impostor.distance));
-        Ok(Self::Hit(Box::new(HitSubject::new(
-            scene,
-            map,
-            distance,
-            own_colours,
-        ))))
+        let mut subject = HitSubject::new(scene, map, distance, own_colours);
+        subject.lit = lit;
+        Ok(Self::Hit(Box::new(subject)))
     }
 
     /// Columns and rows.
@@ -177,6 +215,32 @@ impl Job {
         }
     }
 
+    /// The caustic by the engines of `rungs`; nothing where no lamp shines through an object.
+    pub(super) fn caustics(
+        &self,
+        rungs: &[Rung],
+        rtl: Option<&Rtl>,
+        settings: &Settings,
+    ) -> Option<Caustics> {
+        let Self::Hit(subject) = self else {
+            return None;
+        };
+        let lit = subject.lit.as_ref()?;
+        let world = &subject.scene.view.world;
+        let mut by = Vec::new();
+        if let Some(Rtl::Hit(engine)) = rtl {
+            by.push((Rung::Rtl, lit.by_rtl(world, engine)));
+        }
+        if rungs.contains(&Rung::F64) {
+            by.push((Rung::F64, lit.by_f64(world, &subject.reference(settings))));
+        }
+        by.push((Rung::Truth, lit.by_rays(world)));
+        Some(Caustics {
+            photons: lit.photons.len(),
+            by,
+        })
+    }
+
     /// The pictures of [`HIT_PICTURES`]: the look-up by R alone; that, the hit and real rays side by side; the
     /// look-ups of each pixel's first ray. `hit` is by the float reference, else by the integer model.
     pub(super) fn hit_pictures(
@@ -184,10 +248,12 @@ impl Job {
         settings: &Settings,
         hit: Option<&Rendering>,
         truth: Option<&Rendering>,
+        caustics: Option<&Caustics>,
     ) -> Vec<(&'static str, Picture)> {
         let Self::Hit(subject) = self else {
             return Vec::new();
         };
+        let light = caustics.and_then(Caustics::picture);
         let classic = subject.classic(settings);
         let mut views = vec![(&classic, "classic")];
         views.extend(hit.map(|r| (&r.picture, "hit")));
@@ -214,6 +280,7 @@ impl Job {
             let label = format!("look-ups 0 = dark, {most} = white");
             out.push((HIT_PICTURES[2], mosaic(&[(&picture, &label)], 8)));
         }
+        out.extend(light.map(|picture| (HIT_PICTURES[3], picture)));
         out.insert(0, (HIT_PICTURES[0], classic));
         out
     }

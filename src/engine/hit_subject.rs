@@ -1,6 +1,7 @@
 //! A scene of the HIT operation as every engine renders it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -9,12 +10,17 @@ use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::{Progress, Rendering, Searches, to_u64};
+use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::fragment::HitFragment;
+use crate::impostor::{Impostor, WallCube};
 use crate::picture::Picture;
+use crate::policy::{HitPolicy, HitStatus, Method};
 use crate::reference::{NoTap, Texture, ewa_counted};
 use crate::scene::hit::HitScene;
+use crate::scene::hit::view::Finish;
+use crate::scene::world::World;
 use crate::settings::Settings;
 use crate::truth::texels::PaddedCube;
 use crate::truth::{TruthOptions, supersample};
@@ -36,6 +42,88 @@ pub struct HitSubject {
     pub own_colours: bool,
     /// Colours of the pixels that show no ray, and black elsewhere.
     pub background: Vec<[f64; 3]>,
+    /// The caustic that lights the world, if there is one.
+    pub lit: Option<Lit>,
+}
+
+/// What the walls get from a lamp through the object, by whom.
+#[derive(Clone, Debug)]
+pub struct Lit {
+    /// Photons that entered the object.
+    pub photons: Vec<Photon>,
+    /// Walls and places by direction.
+    uv_map: WallCube,
+    /// The caustic that the world shows: searched for by the float reference with the secant method and ten steps.
+    pub caustic: Caustic,
+}
+
+/// The impostor of a scene's world, lit by its lamp if it has one: the light map is part of the world from then on.
+///
+/// The search that makes it is not the unit's under test, so that a scene looks the same to every unit.
+#[must_use]
+pub fn lit(scene: &mut HitScene) -> (Impostor, Option<Lit>) {
+    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let (Some(lamp), Finish::Glass { index }) = (scene.lamp, scene.view.finish) else {
+        return (impostor, None);
+    };
+    let photons = photons(&lamp, &*scene.view.object, scene.bound, index);
+    let distance = Distance::Cube(impostor.distance.clone());
+    let settings = Settings {
+        hit: HitPolicy {
+            method: Method::Secant,
+            iterations: 10,
+            ..HitPolicy::default()
+        },
+        ..Settings::default()
+    };
+    let engine = HitF64::new(&settings, &distance, None, 1);
+    let results = engine.filter(&rays_of(&photons), &|_| {});
+    let caustic = searched(
+        &scene.view.world,
+        &impostor.walls,
+        &photons,
+        &ends(&results),
+    );
+    scene.view.world.light = Some(Arc::new(caustic.map.clone()));
+    let bright = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let lit = Lit {
+        photons,
+        uv_map: bright.walls.clone(),
+        caustic,
+    };
+    (bright, Some(lit))
+}
+
+fn rays_of(photons: &[Photon]) -> Vec<HitFragment> {
+    photons.iter().map(|p| p.fragment).collect()
+}
+
+/// Where the searches ended; nothing for those that escaped.
+fn ends(results: &[HitResult]) -> Vec<Option<[f64; 3]>> {
+    let found = |r: &HitResult| (r.status != HitStatus::Escaped).then_some(r.l);
+    results.iter().map(found).collect()
+}
+
+impl Lit {
+    /// The caustic by the integer model.
+    #[must_use]
+    pub fn by_rtl(&self, world: &World, engine: &HitRtl) -> Caustic {
+        let results = engine.filter(&rays_of(&self.photons), &|_| {});
+        searched(world, &self.uv_map, &self.photons, &ends(&results))
+    }
+
+    /// The caustic by the float reference.
+    #[must_use]
+    pub fn by_f64(&self, world: &World, engine: &HitF64<'_>) -> Caustic {
+        let results = engine.filter(&rays_of(&self.photons), &|_| {});
+        searched(world, &self.uv_map, &self.photons, &ends(&results))
+    }
+
+    /// The caustic by real rays.
+    #[must_use]
+    pub fn by_rays(&self, world: &World) -> Caustic {
+        traced(world, &self.photons)
+    }
 }
 
 impl HitSubject {
@@ -63,7 +151,18 @@ impl HitSubject {
             distance,
             own_colours,
             background,
+            lit: None,
         }
+    }
+
+    /// The built-in subject of a scene: its own impostor, lit by its own lamp.
+    #[must_use]
+    pub fn built_in(mut scene: HitScene) -> Self {
+        let (impostor, lit) = lit(&mut scene);
+        let distance = Distance::Cube(impostor.distance);
+        let mut subject = Self::new(scene, impostor.colour, distance, true);
+        subject.lit = lit;
+        subject
     }
 
     /// The rays as the unit takes them.

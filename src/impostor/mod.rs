@@ -13,7 +13,7 @@ pub mod write;
 
 use rayon::prelude::*;
 
-use crate::cube::{CubeLevel, CubeMap, direction};
+use crate::cube::{CubeLevel, CubeMap, direction, face_uv};
 use crate::distance::DistanceCube;
 use crate::image::build_mips;
 use crate::image::mips::narrow;
@@ -41,6 +41,38 @@ pub struct WallCube {
     pub size: usize,
     /// Face-major, then row-major.
     pub texels: Vec<WallPlace>,
+}
+
+impl WallCube {
+    /// Wall and place in a direction: bilinear where all four texels around it are of one wall, else the
+    /// nearest texel's; `None` where nothing is seen.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the face's texels"
+    )]
+    pub fn place(&self, direction: [f64; 3]) -> Option<(usize, [f64; 2])> {
+        let (face, u, v) = face_uv(direction);
+        let size = self.size as f64;
+        let texel = |x: usize, y: usize| self.texels[(face * self.size + y) * self.size + x];
+        let at = [u, v].map(|t| (0.5 * (t + 1.0) * size - 0.5).clamp(0.0, size - 1.0));
+        let [x, y] = at.map(|t| t as usize);
+        let [x1, y1] = [x, y].map(|t| (t + 1).min(self.size - 1));
+        let [fx, fy] = [at[0] - x as f64, at[1] - y as f64];
+        let four = [texel(x, y), texel(x1, y), texel(x, y1), texel(x1, y1)];
+        let near = texel(if fx < 0.5 { x } else { x1 }, if fy < 0.5 { y } else { y1 });
+        let wall = usize::try_from(near.wall).ok()?;
+        if four.iter().any(|t| t.wall != near.wall) {
+            return Some((wall, near.uv.map(f64::from)));
+        }
+        let mix = |c: usize| {
+            let [a, b, d, e] = four.map(|t| f64::from(t.uv[c]));
+            let (above, below) = (a + (b - a) * fx, d + (e - d) * fx);
+            above + (below - above) * fy
+        };
+        Some((wall, [mix(0), mix(1)]))
+    }
 }
 
 /// A world seen from a point.

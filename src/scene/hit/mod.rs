@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use super::world::bodies::Ball;
 use super::world::built_in;
 use super::{DEFAULT_FACE_SIZE, SceneInfo, SceneOptions, check_size};
+use crate::caustic::Lamp;
 use crate::error::InputError;
 use crate::fragment::HitFragment;
+use crate::mesh::Mesh;
 use crate::stage::Stage;
 use view::{Finish, View, look_at};
 
@@ -48,7 +50,16 @@ pub const HIT_SCENES: &[SceneInfo] = &[
         operations: &["hit"],
         stages: HIT,
     },
+    SceneInfo {
+        name: "glass",
+        description: "a glass ball (n = 1.3) that reflects, refracts and throws a lamp's caustic onto the walls",
+        operations: &["hit"],
+        stages: HIT,
+    },
 ];
+
+/// Index of refraction of the scene `glass`.
+pub const GLASS: f64 = 1.3;
 
 /// The unit's input for one ray of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +88,12 @@ pub struct HitScene {
     pub rays: Vec<PixelRay>,
     /// Eye, object and world.
     pub view: View,
+    /// A lamp whose light the object throws onto the walls.
+    pub lamp: Option<Lamp>,
+    /// Middle and radius of a ball around the object.
+    pub bound: ([f64; 3], f64),
+    /// What had to be said about the mesh file, if there is one.
+    pub notes: Vec<String>,
 }
 
 impl HitScene {
@@ -90,8 +107,8 @@ impl HitScene {
 }
 
 /// Eye, ball and world of a scene. The ball's silhouette has 0.45 of the picture's shorter side as its
-/// radius.
-fn view(name: &str, width: usize, height: usize) -> View {
+/// radius. Second: the ball.
+fn view(name: &str, width: usize, height: usize) -> (View, ([f64; 3], f64)) {
     let (world, eye, centre, radius): (_, [f64; 3], [f64; 3], f64) = match name {
         "columns" => (built_in::columns(), [-0.9, 1.0, 4.0], [0.7, 0.9, -1.5], 0.7),
         "doorway" => (
@@ -100,19 +117,27 @@ fn view(name: &str, width: usize, height: usize) -> View {
             [1.5, -0.3, -1.0],
             0.8,
         ),
+        "glass" => (built_in::room(), [-2.2, 0.9, 3.6], [0.6, -0.7, -0.8], 0.9),
         _ => (built_in::room(), [-1.4, 0.5, 3.8], [1.6, -0.7, -2.0], 1.0),
     };
     let to = [0, 1, 2].map(|i| centre[i] - eye[i]);
     let square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
     let tangent = radius / (square - radius * radius).sqrt();
     let side = width.min(height) as f64;
-    View {
-        camera: look_at(eye, centre, [width, height], 0.45 * side / tangent),
+    // The caustic lies beside the ball: it gets more of the picture.
+    let share = if name == "glass" { 0.3 } else { 0.45 };
+    let view = View {
+        camera: look_at(eye, centre, [width, height], share * side / tangent),
         eye,
         object: Arc::new(Ball { centre, radius }),
-        finish: Finish::Mirror,
+        finish: if name == "glass" {
+            Finish::Glass { index: GLASS }
+        } else {
+            Finish::Mirror
+        },
         world,
-    }
+    };
+    (view, (centre, radius))
 }
 
 /// Whether a name is that of a scene of the HIT operation.
@@ -124,7 +149,8 @@ pub fn is_hit_scene(name: &str) -> bool {
 /// Builds a scene of the HIT operation.
 ///
 /// # Errors
-/// An unknown name, a size that is zero or too large, a bump map (these scenes take none).
+/// An unknown name, a size that is zero or too large, a bump map (these scenes take none), a mesh that cannot
+/// be read.
 pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError> {
     let Some(info) = HIT_SCENES.iter().find(|info| info.name == name) else {
         let names: Vec<_> = HIT_SCENES.iter().map(|info| info.name).collect();
@@ -146,7 +172,13 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
     let SceneOptions { width, height, .. } = *options;
     check_size(width, height, face_size)?;
-    let view = view(name, width, height);
+    let (mut view, bound) = view(name, width, height);
+    let mut notes = Vec::new();
+    if let Some(path) = &options.mesh {
+        let (mesh, repairs) = Mesh::load(path, bound.0, bound.1)?;
+        notes.extend(repairs.note(&path.display().to_string()));
+        view.object = Arc::new(mesh);
+    }
     let rays = rays(&view, width, height);
     Ok(HitScene {
         info,
@@ -155,6 +187,12 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
         face_size,
         rays,
         view,
+        lamp: (name == "glass").then_some(Lamp {
+            position: [2.4, 2.2, 1.2],
+            power: [150.0, 142.0, 128.0],
+        }),
+        bound,
+        notes,
     })
 }
 

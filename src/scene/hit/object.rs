@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use crate::mesh::{Mesh, Triangle, meet};
+use crate::scene::dual::dot;
 use crate::scene::world::Body;
 use crate::scene::world::bodies::Ball;
 
@@ -32,5 +34,89 @@ impl Object for Ball {
             normal: meeting.normal,
             curvature: if outside { 1.0 } else { -1.0 } / self.radius,
         })
+    }
+}
+
+impl Object for Mesh {
+    fn skin(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Skin> {
+        let triangle = &self.triangles()[self.nearest(origin, direction, beyond)?];
+        let found = meet(triangle, origin, direction)?;
+        let mut normal = [0.0; 3];
+        for (corner, weight) in triangle.normals.iter().zip(found.weights) {
+            for (sum, c) in normal.iter_mut().zip(corner) {
+                *sum += weight * c;
+            }
+        }
+        // The plane tells the side; an interpolated normal that disagrees gives way to it.
+        let plane = triangle.plane_normal();
+        let side = if dot(plane, direction) > 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let mut normal = normal.map(|c| side * c);
+        if dot(normal, direction) >= 0.0 {
+            normal = plane.map(|c| side * c);
+        }
+        let length = dot(normal, normal).sqrt();
+        Some(Skin {
+            t: found.distance,
+            normal: normal.map(|c| c / length),
+            curvature: side * curvature(triangle),
+        })
+    }
+}
+
+/// Curvature of a triangle with normals at its corners, positive where it bulges along them: that of the edge
+/// whose curvature is least in magnitude, 0 where the edges' signs differ (Cline, *Ray Cones for Texture
+/// Filtering*). An edge's curvature is ⟨n_b − n_a, b − a⟩/⟨b − a, b − a⟩.
+#[must_use]
+pub fn curvature(triangle: &Triangle) -> f64 {
+    let edge = |i: usize| {
+        let j = (i + 1) % 3;
+        let along: [f64; 3] =
+            std::array::from_fn(|c| triangle.positions[j][c] - triangle.positions[i][c]);
+        let turn: [f64; 3] =
+            std::array::from_fn(|c| triangle.normals[j][c] - triangle.normals[i][c]);
+        dot(turn, along) / dot(along, along)
+    };
+    let edges = [edge(0), edge(1), edge(2)];
+    if edges.iter().any(|k| *k > 0.0) && edges.iter().any(|k| *k < 0.0) {
+        return 0.0;
+    }
+    edges.into_iter().fold(
+        f64::INFINITY,
+        |least, k| {
+            if k.abs() < least.abs() { k } else { least }
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curvature_of_a_triangle_on_a_ball_is_the_balls() {
+        let on = |n: [f64; 3]| n.map(|c| 2.5 * c);
+        let normals = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.28, 0.96]];
+        let ball = Triangle {
+            positions: normals.map(on),
+            normals,
+            texcoords: [[0.0; 2]; 3],
+        };
+        assert!((curvature(&ball) - 0.4).abs() < 1e-15);
+        let hollow = Triangle {
+            normals: normals.map(|n| n.map(|c| -c)),
+            ..ball
+        };
+        assert!((curvature(&hollow) + 0.4).abs() < 1e-15);
+        // A saddle: one edge bulges, another sinks.
+        let saddle = Triangle {
+            positions: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: [[0.0, 0.0, 1.0], [0.1, 0.0, 0.995], [0.0, -0.1, 0.995]],
+            texcoords: [[0.0; 2]; 3],
+        };
+        assert_eq!(curvature(&saddle).to_bits(), 0);
     }
 }

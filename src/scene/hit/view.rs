@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::object::Object;
 use crate::fragment::HitFragment;
+use crate::optics::{fresnel, refract};
 use crate::scene::dual::{cross, dot};
 use crate::scene::surface::Camera;
 use crate::scene::world::World;
@@ -13,6 +14,12 @@ use crate::scene::world::World;
 pub enum Finish {
     /// Reflects all of it.
     Mirror,
+    /// Reflects what Fresnel's equations say and refracts the rest, once: as in the distance-impostor paper the refracted
+    /// ray leaves for the world as if the object had no back.
+    Glass {
+        /// Index of refraction against the outside.
+        index: f64,
+    },
 }
 
 /// A ray that leaves the object, and its share of the pixel's light.
@@ -74,18 +81,28 @@ impl View {
         let angle = 1.0 / length;
         // The distance is t·|ray|, so that the width is t: a pixel is as wide as the ray's own unit.
         let width = skin.t;
+        let along = 2.0 * dot(ray, skin.normal);
+        let reflected = unit([0, 1, 2].map(|i| ray[i] - along * skin.normal[i]));
+        let bend = skin.curvature * width.abs();
+        let mut send = |r: [f64; 3], angle: f64, share: f64| {
+            each(Leaving {
+                fragment: HitFragment {
+                    x,
+                    r,
+                    cone: Some([angle, width]),
+                },
+                weight: [share; 3],
+            });
+        };
         match self.finish {
-            Finish::Mirror => {
-                let along = 2.0 * dot(ray, skin.normal);
-                let r = unit([0, 1, 2].map(|i| ray[i] - along * skin.normal[i]));
-                each(Leaving {
-                    fragment: HitFragment {
-                        x,
-                        r,
-                        cone: Some([angle + 2.0 * skin.curvature * width.abs(), width]),
-                    },
-                    weight: [1.0; 3],
-                });
+            Finish::Mirror => send(reflected, angle + 2.0 * bend, 1.0),
+            Finish::Glass { index } => {
+                let direction = unit(ray);
+                let share = fresnel(dot(direction, skin.normal).abs(), index, 0.0);
+                send(reflected, angle + 2.0 * bend, share);
+                if let Some(through) = refract(direction, skin.normal, 1.0 / index) {
+                    send(through, (angle + bend) / index - bend, 1.0 - share);
+                }
             }
         }
         true

@@ -7,11 +7,13 @@
 
 pub mod bodies;
 pub mod built_in;
+pub mod light;
 pub mod paint;
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use light::LightMap;
 use paint::Paint;
 
 /// Where a ray meets a body.
@@ -67,6 +69,8 @@ pub struct Sight {
 pub struct World {
     items: Vec<Item>,
     walls: Vec<[f64; 2]>,
+    /// What falls onto the walls beside their own glow.
+    pub light: Option<Arc<LightMap>>,
 }
 
 impl World {
@@ -116,9 +120,17 @@ impl World {
     #[must_use]
     pub fn glow(&self, sight: &Sight) -> [f64; 3] {
         let extent = self.walls.get(sight.wall).copied().unwrap_or([1.0; 2]);
-        self.items[sight.item]
-            .paint
-            .glow(sight.meeting.part, sight.meeting.place, extent)
+        let glow =
+            self.items[sight.item]
+                .paint
+                .glow(sight.meeting.part, sight.meeting.place, extent);
+        match &self.light {
+            None => glow,
+            Some(light) => {
+                let lit = light.radiance(sight.wall, sight.uv, glow);
+                [0, 1, 2].map(|i| glow[i] + lit[i])
+            }
+        }
     }
 
     /// Linear RGB along a ray; black where it escapes.
