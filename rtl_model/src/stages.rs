@@ -162,7 +162,6 @@ impl<T: Tap> Sink<'_, T> {
 
     /// Writes `x` with a right shift that differs from fragment to fragment.
     #[inline(always)]
-    #[allow(dead_code, reason = "for stages that work on one lane at a time")]
     pub(crate) fn shift(
         &mut self,
         q: &Quantizer,
@@ -192,7 +191,6 @@ impl<T: Tap> Sink<'_, T> {
 
     /// Normalises into a block register.
     #[inline(always)]
-    #[allow(dead_code, reason = "for stages that work on one lane at a time")]
     pub(crate) fn block<const C: usize>(
         &mut self,
         q: &Quantizer,
@@ -210,14 +208,12 @@ impl<T: Tap> Sink<'_, T> {
 }
 
 /// ⟨a, b⟩ of one lane.
-#[allow(dead_code, reason = "for stages that work on one lane at a time")]
 #[inline(always)]
 pub(crate) fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a × b of one lane.
-#[allow(dead_code, reason = "for stages that work on one lane at a time")]
 #[inline(always)]
 pub(crate) fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
     [
