@@ -34,6 +34,38 @@ pub struct PixelFragment {
     pub fragment: Fragment,
 }
 
+/// How texture coordinates change along a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tangents {
+    /// Any surface, by its derivatives.
+    Surface {
+        /// ∂P/∂s.
+        dp_ds: [f64; 3],
+        /// ∂P/∂t.
+        dp_dt: [f64; 3],
+    },
+    /// A triangle ABC.
+    Triangle {
+        /// B − A and C − A.
+        edges: [[f64; 3]; 2],
+        /// (s, t) of B less that of A, and of C less that of A.
+        st: [[f64; 2]; 2],
+    },
+}
+
+/// One texture request's geometry, in doubles; the cone comes beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TexFragment {
+    /// Direction of the ray, of any length.
+    pub d: [f64; 3],
+    /// Normal of the surface, of any length, facing either way.
+    pub n: [f64; 3],
+    /// The surface's texture coordinates.
+    pub tangents: Tangents,
+    /// (s, t); the texture covers 0…1.
+    pub st: [f64; 2],
+}
+
 /// One ray's input to the HIT operation, in doubles. The map's reference point is the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitFragment {

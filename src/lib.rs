@@ -17,6 +17,7 @@ pub mod impostor;
 pub mod mesh;
 pub mod optics;
 pub mod picture;
+pub mod planar;
 pub mod reference;
 pub mod report;
 pub mod scene;

@@ -1,7 +1,8 @@
 //! The choices that every engine honours, as the float engines see them.
 
 use crate::policy::{
-    Axis, Count, Curvature, Dnmod, HitPolicy, Minor, Placement, RoughnessInterpolation, Weights,
+    Axis, ConeRules, Count, Curvature, Dnmod, HitPolicy, Minor, Placement, RoughnessInterpolation,
+    SetDiffuse, TexPolicy, Weights,
 };
 
 /// The rotation that turns nothing, row by row.
@@ -43,6 +44,12 @@ pub struct Settings {
     pub dnmod: Dnmod,
     /// The HIT operation's choices.
     pub hit: HitPolicy,
+    /// The TEX operation's choices.
+    pub tex: TexPolicy,
+    /// Whose rules of a ray cone hold.
+    pub cone_rules: ConeRules,
+    /// What a diffuse scatter writes under OptiX Toolkit's rules.
+    pub set_diffuse: SetDiffuse,
     /// Rotation of the environment, row by row.
     pub rotation: [[f64; 3]; 3],
     /// The angle table, used where `axis` is `EigenTable` and the reference was asked for the table's
@@ -64,6 +71,9 @@ impl Default for Settings {
             minor: Minor::default(),
             dnmod: Dnmod::default(),
             hit: HitPolicy::default(),
+            tex: TexPolicy::default(),
+            cone_rules: ConeRules::default(),
+            set_diffuse: SetDiffuse::default(),
             rotation: IDENTITY,
             reference_table: None,
         }

@@ -19,6 +19,8 @@ pub enum Stage {
     RayCone,
     /// A ray's hit with the surface of a distance map.
     Hit,
+    /// A cone's footprint on a textured surface: ddx, ddy and D.
+    SurfaceFootprint,
     /// K = D Dᵀ + s² B' B'ᵀ with one shared exponent.
     Covariance,
     /// Lengths and direction of the ellipse's axes.
@@ -33,7 +35,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in pipeline order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::LocalFrame,
         Self::Bump,
         Self::Reflect,
@@ -42,6 +44,7 @@ impl Stage {
         Self::Roughness,
         Self::RayCone,
         Self::Hit,
+        Self::SurfaceFootprint,
         Self::Covariance,
         Self::Eigen,
         Self::Footprint,
@@ -61,6 +64,7 @@ impl Stage {
             Self::Roughness => "roughness",
             Self::RayCone => "ray_cone",
             Self::Hit => "hit",
+            Self::SurfaceFootprint => "surface_footprint",
             Self::Covariance => "covariance",
             Self::Eigen => "eigen",
             Self::Footprint => "footprint",

@@ -117,7 +117,7 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
             tap: &mut NoTap,
         };
         let probe = address::address(&cfg, &roms, &line, k, &mut sink);
-        let taps = cfg.taps(&probe, 16384, 0, &mut sink);
+        let taps = cfg.taps(&probe, [16384; 2], 0, &mut sink);
         // (u + 1)/2·N − ½ with u = ((k + ½)/16 − ½)·2: 1024k + 511.5, give or take λ1's last bits.
         let column = f64::from(u32::try_from(taps.corner[0]).unwrap()) - 1.0;
         let s = column + f64::from(u32::try_from(taps.weight[0]).unwrap()) / 256.0;

@@ -48,7 +48,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
         let at = address::address(&cfg, &unit.roms, &request.line, k, &mut sink);
         for (l, share) in [(first, 1.0 - part), ((first + 1).min(last), part)] {
             let level = &texture.levels[l];
-            let size = i64::try_from(level.size).expect("a small face");
+            let size = level.size.map(|n| i64::try_from(n).expect("a small face"));
             let taps = cfg.taps(&at, size, 0, &mut sink);
             let s = [0, 1].map(|i| sink.tap.get(Reg::AddrS)[i].value());
             let [x, y] = s.map(|s| s - s.floor());

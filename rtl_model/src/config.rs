@@ -3,7 +3,7 @@
 use alloc::string::String;
 
 use crate::fx::Format;
-use crate::policy::{Axis, Count, Dnmod, HitPolicy, Minor, Placement, Weights};
+use crate::policy::{Axis, Count, Dnmod, HitPolicy, Minor, Placement, TexPolicy, Weights};
 use crate::regs::Reg;
 use crate::stages::ray_cone::ConeConfig;
 use crate::tables::TableSpec;
@@ -106,6 +106,8 @@ pub struct Config {
     pub texel_frac: u32,
     /// Registers and rules of ray cones.
     pub cone: ConeConfig,
+    /// Policies of the TEX operation.
+    pub tex: TexPolicy,
 }
 
 impl Default for Config {
@@ -146,6 +148,7 @@ impl Default for Config {
             texel_int: 17,
             texel_frac: 24,
             cone: ConeConfig::default(),
+            tex: TexPolicy::default(),
         }
     }
 }

@@ -132,6 +132,28 @@ literals! {
 }
 
 literals! {
+    /// Which footprint a texture request takes from the ray.
+    ConeMetric {
+        /// The ray cones.
+        Cone = "cone",
+        /// The distance along the path times a pixel's angle, whatever curved surfaces did to the ray.
+        Distance = "distance",
+    } default Cone
+}
+
+literals! {
+    /// What a 2-D texture shows beyond its edge.
+    Wrap {
+        /// The texture again.
+        Repeat = "repeat",
+        /// Its edge texels.
+        Clamp = "clamp",
+        /// The texture, every second time mirrored.
+        Mirror = "mirror",
+    } default Repeat
+}
+
+literals! {
     /// How HIT finds its next ray parameter.
     Method {
         /// The paper's: towards the far point (eq. 2) until a step overshoots, then between both ends (eq. 3).
@@ -222,6 +244,39 @@ impl Default for HitPolicy {
             look_up: LookUp::default(),
             footprint: HitFootprint::default(),
             outside: Outside::default(),
+        }
+    }
+}
+
+/// Most anisotropy of a cone's footprint on a surface that is seen at a grazing angle.
+pub const MAX_ANISOTROPY: u32 = 64;
+
+/// Policies of the TEX operation and of the cones that drive it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TexPolicy {
+    /// |D·N| counts as at least 1/this (1…[`MAX_ANISOTROPY`]).
+    pub max_anisotropy: u32,
+    /// How ddx and ddy follow from dPdx and dPdy.
+    pub gradient: ConeGradient,
+    /// Gradients of a bare cone on a cube map.
+    pub env: ConeEnv,
+    /// Cones of a ray, 1 or 2.
+    pub cones: u32,
+    /// Which footprint a request takes from its ray.
+    pub metric: ConeMetric,
+    /// What lies beyond a texture's edges, column- and row-wise.
+    pub wrap: [Wrap; 2],
+}
+
+impl Default for TexPolicy {
+    fn default() -> Self {
+        Self {
+            max_anisotropy: 16,
+            gradient: ConeGradient::default(),
+            env: ConeEnv::default(),
+            cones: 2,
+            metric: ConeMetric::default(),
+            wrap: [Wrap::default(); 2],
         }
     }
 }

@@ -31,7 +31,7 @@ pub fn unpack(word: u64) -> (i64, i64, bool) {
 /// A vector of words normalised into the block register `q`, and whether all were finite.
 #[inline(always)]
 #[must_use]
-pub fn vector(standard: bool, q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool) {
+pub fn vector<const C: usize>(standard: bool, q: &Quantizer, words: [u64; C]) -> (Block<C>, bool) {
     let mut top = i64::MIN;
     let mut finite = true;
     let parts = words.map(unpack);
@@ -45,7 +45,7 @@ pub fn vector(standard: bool, q: &Quantizer, words: [u64; 3]) -> (Block<3>, bool
     if top == i64::MIN {
         return (
             Block {
-                m: [0; 3],
+                m: [0; C],
                 frac: width - 1,
             },
             finite,

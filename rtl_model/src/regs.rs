@@ -142,6 +142,34 @@ registers! {
     HitAlong: "hit"."along"[2] Fixed signed 1 . 24, "⟨n,t1⟩ and ⟨n,t2⟩ (footprint plane)";
     HitSlope: "hit"."slope"[2] Fixed signed 7 . 24, "⟨n,t1⟩/⟨n,R⟩ and ⟨n,t2⟩/⟨n,R⟩ (footprint plane)";
     HitTangent: "hit"."tangent"[6] Fixed signed 7 . 24, "t1 then t2, moved along R onto the wall's plane (footprint plane)";
+    SurfDirection: "surface_footprint"."direction"[3] Block signed 1 . 24, "the ray's direction as it came, its largest component in [1, 2) times a power of two";
+    SurfNormal: "surface_footprint"."normal"[3] Block signed 1 . 24, "the surface's normal, normalised like the direction";
+    SurfDpDs: "surface_footprint"."dp_ds"[3] Block signed 1 . 24, "∂P/∂s, or the triangle's edge AB, normalised like the direction";
+    SurfDpDt: "surface_footprint"."dp_dt"[3] Block signed 1 . 24, "∂P/∂t, or the triangle's edge AC, normalised like the direction";
+    SurfEdge: "surface_footprint"."edge_st"[4] Block signed 1 . 24, "differences of s, then of t, along AB and AC, with one exponent (triangles)";
+    SurfS: "surface_footprint"."s"[1] Fixed signed 9 . 24, "texture coordinate s";
+    SurfT: "surface_footprint"."t"[1] Fixed signed 9 . 24, "texture coordinate t";
+    SurfInvLength: "surface_footprint"."inv_length"[2] Block signed 1 . 26, "1/|D| and 1/|N| of what came";
+    SurfD: "surface_footprint"."d_unit"[3] Fixed signed 1 . 24, "D, the unit direction";
+    SurfN: "surface_footprint"."n_unit"[3] Fixed signed 1 . 24, "N, the unit normal";
+    SurfCosine: "surface_footprint"."cosine"[1] Fixed signed 1 . 24, "⟨D,N⟩";
+    SurfInvCosine: "surface_footprint"."inv_cosine"[1] Block signed 1 . 26, "1/max(|⟨D,N⟩|, 1/max_anisotropy)";
+    SurfStretch: "surface_footprint"."stretch"[1] Block signed 1 . 26, "|w|/max(|⟨D,N⟩|, 1/max_anisotropy), the length of dPdx";
+    SurfCross: "surface_footprint"."cross"[3] Block signed 1 . 24, "D × N";
+    SurfInvCross: "surface_footprint"."inv_cross"[1] Block signed 1 . 26, "1/|D × N|";
+    SurfAcross: "surface_footprint"."across"[3] Fixed signed 1 . 24, "unit(D × N), the direction of dPdy";
+    SurfAlong: "surface_footprint"."along"[3] Fixed signed 1 . 24, "N × unit(D × N), the direction of dPdx";
+    SurfDpDx: "surface_footprint"."dp_dx"[3] Fixed signed 8 . 22, "dPdx, in units of the width's power of two";
+    SurfDpDy: "surface_footprint"."dp_dy"[3] Fixed signed 2 . 24, "dPdy, in units of the width's power of two";
+    SurfPlane: "surface_footprint"."plane"[3] Block signed 1 . 24, "g = ∂P/∂s × ∂P/∂t";
+    SurfInvSquare: "surface_footprint"."inv_square"[2] Block signed 1 . 26, "1/|g|² (cone.gradient = gram); 1/|∂P/∂s|² and 1/|∂P/∂t|² (otk)";
+    SurfTurned: "surface_footprint"."turned"[6] Block signed 1 . 24, "∂P/∂t × g, then g × ∂P/∂s (gram)";
+    SurfGradS: "surface_footprint"."grad_s"[3] Block signed 1 . 24, "∇s on the surface: ∂P/∂t × g/|g|² (gram), ∂P/∂s/|∂P/∂s|² (otk)";
+    SurfGradT: "surface_footprint"."grad_t"[3] Block signed 1 . 24, "∇t on the surface: g × ∂P/∂s/|g|² (gram), ∂P/∂t/|∂P/∂t|² (otk)";
+    SurfBarycentric: "surface_footprint"."barycentric"[4] Block signed 1 . 24, "barycentric offsets of dPdx, then of dPdy, along AB and AC, with one exponent (triangles)";
+    SurfDdx: "surface_footprint"."ddx"[2] Block signed 1 . 24, "∂s/∂x and ∂t/∂x per pixel; ddy has the same exponent";
+    SurfDdy: "surface_footprint"."ddy"[2] Block signed 1 . 24, "∂s/∂y and ∂t/∂y per pixel";
+    SurfJac: "surface_footprint"."d"[4] Block signed 1 . 24, "D row by row with one exponent: ddx and ddy times the texture's size, in texels of level 0";
     CovK: "covariance"."k"[3] Block signed 2 . 28, "a, b, c of K = D Dᵀ + s² B'B'ᵀ with one even exponent";
     EigenRoot: "eigen"."root"[1] Fixed signed 3 . 28, "√((c−a)² + 4b²), at K's exponent";
     EigenSq: "eigen"."lambda_sq"[2] Fixed signed 3 . 28, "λ1², λ2², at K's exponent";
@@ -196,6 +224,12 @@ pub enum Event {
     HitNoPlane,
     /// A step went beyond the reference surface.
     HitOvershoot,
+    /// A number of a texture request was infinite or not a number: the largest finite number, or 0, was taken.
+    SurfNotFinite,
+    /// D ∥ N, or one of them 0: dPdx and dPdy are any orthogonal pair across N.
+    SurfParallel,
+    /// ∂P/∂s × ∂P/∂t = 0: ∇s and ∇t are the quotients of dot products; 0 where a derivative is 0.
+    SurfDegenerate,
 }
 
 impl Event {
@@ -212,6 +246,9 @@ impl Event {
         Self::HitNoDirection,
         Self::HitNoPlane,
         Self::HitOvershoot,
+        Self::SurfNotFinite,
+        Self::SurfParallel,
+        Self::SurfDegenerate,
     ];
     /// How many there are.
     pub const COUNT: usize = Self::ALL.len();
@@ -231,6 +268,9 @@ impl Event {
             Self::HitNoDirection => "hit.no_direction",
             Self::HitNoPlane => "hit.no_plane",
             Self::HitOvershoot => "hit.overshoot",
+            Self::SurfNotFinite => "surface_footprint.non_finite",
+            Self::SurfParallel => "surface_footprint.parallel",
+            Self::SurfDegenerate => "surface_footprint.degenerate",
         }
     }
 

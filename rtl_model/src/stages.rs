@@ -18,6 +18,7 @@ pub mod local_frame;
 pub mod ray_cone;
 pub mod reflect;
 pub mod roughness;
+pub mod surface_footprint;
 
 use alloc::format;
 

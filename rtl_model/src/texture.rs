@@ -1,22 +1,24 @@
-//! A cube map in the unit's memory: every level of every face with a border of one texel.
+//! A texture in the unit's memory: every level of every face with a border of one texel.
 //!
-//! Border texels repeat the neighbouring faces' edges; a corner, which has no texel of its own, holds the
-//! mean of the three that meet there (D3D11.3 §7.18.12), rounded once to the texel format.
+//! On a cube, border texels repeat the neighbouring faces' edges; a corner, which has no texel of its own, holds the
+//! mean of the three that meet there (D3D11.3 §7.18.12), rounded once to the texel format. A 2-D texture has one
+//! face, whose border holds what its addressing shows there.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::config::{Config, ConfigError};
+use crate::policy::Wrap;
 use crate::texel;
 
 /// One level: where it starts and how it is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
-    /// Texels along an edge, without the border.
-    pub size: usize,
+    /// Columns and rows, without the border.
+    pub size: [usize; 2],
     /// Index of the first texel of face 0.
     pub offset: usize,
-    /// Texels from row to row: `size + 2`.
+    /// Texels from row to row: columns + 2.
     pub stride: usize,
     /// Texels from face to face.
     pub face_stride: usize,
@@ -40,7 +42,7 @@ pub enum Texels {
     Wide(Vec<[i64; 4]>),
 }
 
-/// A cube map as the unit reads it.
+/// A texture as the unit reads it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Level 0 first.
@@ -58,6 +60,32 @@ pub struct Source<'a> {
     pub words: &'a [[u32; 3]],
 }
 
+/// One level of a 2-D texture as it comes in: binary32 RGB words, row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanarSource<'a> {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// columns · rows texels.
+    pub words: &'a [[u32; 3]],
+}
+
+impl Wrap {
+    /// The texel that stands at column or row `x` of `n`, which may lie outside.
+    #[must_use]
+    pub fn texel(self, x: i64, n: usize) -> usize {
+        let n = i64::try_from(n.max(1)).unwrap_or(i64::MAX);
+        let inside = match self {
+            Self::Repeat => x.rem_euclid(n),
+            Self::Clamp => x.clamp(0, n - 1),
+            Self::Mirror => {
+                let x = x.rem_euclid(2 * n);
+                x.min(2 * n - 1 - x)
+            }
+        };
+        usize::try_from(inside).unwrap_or(0)
+    }
+}
+
 /// The texel beyond an edge: (face, x, y) with exactly one coordinate −1 or `size`, to the neighbour's.
 pub type AcrossEdge<'a> = &'a dyn Fn(usize, usize, i64, i64) -> Option<(usize, usize, usize)>;
 
@@ -68,20 +96,66 @@ impl Texture {
         sources: &[Source<'_>],
         across: AcrossEdge<'_>,
     ) -> Result<Self, ConfigError> {
-        check_texel(config)?;
         check_sources(sources)?;
+        let sizes: Vec<[usize; 2]> = sources.iter().map(|s| [s.size; 2]).collect();
+        Self::encode(config, &sizes, 6, |level, face, [x, y]| {
+            let Some(source) = sources.get(level) else {
+                return [[0; 3]; 3];
+            };
+            let size = source.size;
+            let n = i64::try_from(size).unwrap_or(i64::MAX);
+            let word = |(face, x, y): (usize, usize, usize)| {
+                let at = (face * size + y) * size + x;
+                source.words.get(at).copied().unwrap_or([0; 3])
+            };
+            let corner = (x < 0 || x == n) && (y < 0 || y == n);
+            if corner {
+                corner_texels(size, face, x, y, across).map(word)
+            } else {
+                [word(across(size, face, x, y).unwrap_or((face, 0, 0))); 3]
+            }
+        })
+    }
+
+    /// Encodes the mip chain of a 2-D texture with the borders that `wrap` asks for, column- and row-wise.
+    pub fn planar(
+        config: &Config,
+        sources: &[PlanarSource<'_>],
+        wrap: [Wrap; 2],
+    ) -> Result<Self, ConfigError> {
+        check_planar(sources)?;
+        let sizes: Vec<[usize; 2]> = sources.iter().map(|s| s.size).collect();
+        Self::encode(config, &sizes, 1, |level, _, at| {
+            let Some(source) = sources.get(level) else {
+                return [[0; 3]; 3];
+            };
+            let [x, y] = [0, 1].map(|i| wrap[i].texel(at[i], source.size[i]));
+            let texel = source.words.get(y * source.size[0] + x).copied();
+            [texel.unwrap_or([0; 3]); 3]
+        })
+    }
+
+    /// Lays levels out and fills them: `texel` gives, for a level, a face, a column and a row from −1 on, the three
+    /// texels whose mean is stored there.
+    fn encode(
+        config: &Config,
+        sizes: &[[usize; 2]],
+        faces: usize,
+        texel: impl Fn(usize, usize, [i64; 2]) -> [[u32; 3]; 3],
+    ) -> Result<Self, ConfigError> {
+        check_texel(config)?;
         let mut levels = Vec::new();
         let mut total = 0;
-        for source in sources {
-            let stride = source.size + 2;
-            let face_stride = stride * stride;
+        for size in sizes {
+            let stride = size[0] + 2;
+            let face_stride = stride * (size[1] + 2);
             levels.push(Level {
-                size: source.size,
+                size: *size,
                 offset: total,
                 stride,
                 face_stride,
             });
-            total += 6 * face_stride;
+            total += faces * face_stride;
         }
         let mut wide = vec![[0i64; 4]; total];
         let mut half = Vec::new();
@@ -90,27 +164,13 @@ impl Texture {
             wide = Vec::new();
             half = vec![0u64; total];
         }
-        for (source, level) in sources.iter().zip(&levels) {
-            let n = i64::try_from(source.size).unwrap_or(i64::MAX);
-            let word = |face: usize, x: usize, y: usize| {
-                source
-                    .words
-                    .get((face * source.size + y) * source.size + x)
-                    .copied()
-                    .unwrap_or([0; 3])
-            };
-            for face in 0..6 {
-                for y in -1..=n {
-                    for x in -1..=n {
-                        let corner = (x < 0 || x == n) && (y < 0 || y == n);
+        for (index, level) in levels.iter().enumerate() {
+            let [columns, rows] = level.size.map(|n| i64::try_from(n).unwrap_or(i64::MAX));
+            for face in 0..faces {
+                for y in -1..=rows {
+                    for x in -1..=columns {
                         let at = level.index(face, place(x), place(y));
-                        let texels = if corner {
-                            corner_texels(source.size, face, x, y, across)
-                                .map(|(f, x, y)| word(f, x, y))
-                        } else {
-                            let (f, x, y) = across(source.size, face, x, y).unwrap_or((face, 0, 0));
-                            [word(f, x, y); 3]
-                        };
+                        let texels = texel(index, face, [x, y]);
                         if keep {
                             let halves = texels.map(|t| t.map(texel::to_half));
                             if let Some(slot) = half.get_mut(at) {
@@ -225,6 +285,24 @@ fn check_sources(sources: &[Source<'_>]) -> Result<(), ConfigError> {
     Err(ConfigError {
         path: "texture.levels".into(),
         expected: "at least one level, each of 6·size² texels".into(),
+        found,
+    })
+}
+
+fn check_planar(sources: &[PlanarSource<'_>]) -> Result<(), ConfigError> {
+    let whole = |source: &PlanarSource<'_>| {
+        let texels = source.size[0].checked_mul(source.size[1])?;
+        (texels > 0 && source.words.len() == texels).then_some(())
+    };
+    let broken = sources.iter().position(|source| whole(source).is_none());
+    let found = match (sources.len(), broken) {
+        (0, _) => "no level".into(),
+        (_, Some(level)) => alloc::format!("level {level} without them"),
+        (_, None) => return Ok(()),
+    };
+    Err(ConfigError {
+        path: "texture.levels".into(),
+        expected: "at least one level, each of columns·rows texels".into(),
         found,
     })
 }

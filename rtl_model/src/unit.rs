@@ -4,9 +4,11 @@ mod block;
 mod hit;
 mod ports;
 mod run;
+mod tex;
 
 pub use block::{Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
+pub use tex::{Tangents, TexState, TexUnit, TexWords};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;
@@ -36,6 +38,8 @@ pub struct Unit {
     footprint: footprint::Cfg,
     address: address::Cfg,
     filter: filter::Cfg,
+    /// Whether D comes with powers of two of its own.
+    block_d: bool,
     bump_frac: i64,
     step_frac: i64,
     standard: bool,
@@ -81,9 +85,10 @@ fn has_narrow_products(config: &Config) -> bool {
         .iter()
         .filter(|reg| {
             let stage = reg.info().stage;
-            // Of `hit`'s registers only the direction that is looked up goes through lanes.
-            // A step is multiplied by no stage before `address`.
-            let by_lanes = !["hit", "address", "filter"].contains(&stage) || **reg == Reg::HitTo;
+            // Of `hit`'s registers only the direction that is looked up goes through lanes, of
+            // `surface_footprint`'s only D. A step is multiplied by no stage before `address`.
+            let by_lanes = !["hit", "surface_footprint", "address", "filter"].contains(&stage)
+                || [Reg::HitTo, Reg::SurfJac].contains(reg);
             let factor = **reg != Reg::FootStep;
             by_lanes && factor && !SPLIT.contains(reg)
         })
@@ -93,6 +98,31 @@ fn has_narrow_products(config: &Config) -> bool {
 impl Unit {
     /// Compiles a configuration; refuses by name what could not be exact inside.
     pub fn new(config: &Config, needs: Needs, face_size: u32) -> Result<Self, ConfigError> {
+        Self::compile(config, needs, Reg::JacD, |config| {
+            Ok((
+                footprint::Cfg::new(config, face_size)?,
+                address::Cfg::new(config)?,
+            ))
+        })
+    }
+
+    /// The stages behind `surface_footprint` for a texture of `size` columns and rows.
+    fn planar(config: &Config, size: [u32; 2]) -> Result<Self, ConfigError> {
+        Self::compile(config, tex::NEEDS, Reg::SurfJac, |config| {
+            Ok((
+                footprint::Cfg::planar(config, size)?,
+                address::Cfg::planar(config)?,
+            ))
+        })
+    }
+
+    /// `source` holds D; `lines` compiles what depends on the texture.
+    fn compile(
+        config: &Config,
+        needs: Needs,
+        source: Reg,
+        lines: impl Fn(&Config) -> Result<(footprint::Cfg, address::Cfg), ConfigError>,
+    ) -> Result<Self, ConfigError> {
         for reg in Reg::ALL {
             let format = config.format(*reg);
             if format.magnitude_bits() == 0 || format.magnitude_bits() > 58 {
@@ -113,6 +143,7 @@ impl Unit {
             }
         }
         check_ranges(config)?;
+        let (footprint, address) = lines(config)?;
         Ok(Self {
             needs,
             roms: Roms::new(config)?,
@@ -135,11 +166,12 @@ impl Unit {
             } else {
                 None
             },
-            covariance: covariance::Cfg::new(config, needs.rough)?,
+            covariance: covariance::Cfg::new(config, source, needs.rough)?,
             eigen: eigen::Cfg::new(config)?,
-            footprint: footprint::Cfg::new(config, face_size)?,
-            address: address::Cfg::new(config)?,
+            footprint,
+            address,
             filter: filter::Cfg::new(config)?,
+            block_d: source == Reg::SurfJac,
             bump_frac: i64::from(config.format(Reg::BumpN).frac),
             step_frac: i64::from(config.format(Reg::FootStep).frac),
             standard: config.formats.iter().all(|f| Quantizer::is_standard(*f))

@@ -23,6 +23,7 @@ mod trace;
 mod trace_cone;
 mod trace_hit;
 mod trace_pixel;
+mod trace_tex;
 mod unit;
 
 use std::process::ExitCode;

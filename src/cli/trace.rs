@@ -12,11 +12,12 @@ use serde_json::{Map, Number, Value, json};
 use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::job::Job;
 use super::json_lines::Op;
-use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel};
+use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel, trace_tex};
 use crate::cube::{CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::encode;
 use crate::engine::probe::{Code, RtlProbe, rtl};
+use crate::engine::tex::TexRtl;
 use crate::error::InputError;
 use crate::fragment::Fragment;
 use crate::reference::{self, Env, NoTap, Prepared};
@@ -79,7 +80,10 @@ pub(super) struct Tracer {
     pub(super) settings: Settings,
     pub(super) distance: Option<Distance>,
     pub(super) hit: Option<trace_hit::Rtl>,
-    prepared: Prepared,
+    pub(super) tex: Option<TexRtl>,
+    /// Columns and rows of the texture that `tex` lines ask.
+    pub(super) texture_size: [usize; 2],
+    pub(super) prepared: Prepared,
     pub(super) face_size: usize,
     texture: Option<Texture>,
     pub(super) map: Option<CubeMap>,
@@ -104,6 +108,8 @@ impl Tracer {
             settings,
             distance: None,
             hit: None,
+            tex: None,
+            texture_size: [map.as_ref().map_or(face_size, CubeMap::size); 2],
             engine: args.engine,
             raw: args.raw,
             face_size: map.as_ref().map_or(face_size, CubeMap::size),
@@ -129,7 +135,7 @@ impl Tracer {
         Value::Number(Number::from_string_unchecked(code.decimal()))
     }
 
-    fn codes(&self, reg: Reg) -> Vec<Value> {
+    pub(super) fn codes(&self, reg: Reg) -> Vec<Value> {
         self.probe.get(reg).iter().map(|c| self.code(*c)).collect()
     }
 
@@ -400,6 +406,9 @@ fn one(
     if let Some(answer) =
         trace_cone::answer(&tracer.spec, tracer.cone_output(), subject, number, text)?
     {
+        return Ok(Some(answer));
+    }
+    if let Some(answer) = trace_tex::answer(tracer, subject, number, text)? {
         return Ok(Some(answer));
     }
     let (line, op) = json_lines::parse(subject, number, text)?;

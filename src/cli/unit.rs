@@ -7,7 +7,7 @@ use clap::Subcommand;
 use rtl_model::regs::{Event, Kind, Reg};
 use rtl_model::stages::Roms;
 use rtl_model::texture::check_texel;
-use rtl_model::unit::{HitUnit, Needs};
+use rtl_model::unit::{HitUnit, Needs, TexUnit};
 use rtl_model::{Config, Unit};
 use serde_json::json;
 
@@ -67,6 +67,7 @@ pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
             Unit::new(&spec.config, needs, size).map_err(refused)?;
         }
         HitUnit::new(&spec.config, size).map_err(refused)?;
+        TexUnit::new(&spec.config, [size, 1]).map_err(refused)?;
     }
     check_texel(&spec.config).map_err(refused)?;
     Ok(())

@@ -9,6 +9,7 @@ pub mod hit_subject;
 pub mod probe;
 pub mod registers;
 pub mod rtl;
+pub mod tex;
 
 use std::collections::BTreeMap;
 

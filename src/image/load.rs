@@ -6,6 +6,7 @@ use super::planar::{Colour, Planar};
 use super::{ldr, mips, radiance};
 use crate::cube::CubeMap;
 use crate::error::InputError;
+use crate::planar::{PlanarLevel, PlanarMap};
 use crate::srgb::srgb_decode;
 use std::io::Read;
 use std::path::Path;
@@ -162,10 +163,55 @@ pub fn load_environment(
     if let Some(size) = options.face_size {
         options.admit_cube(size)?;
     }
-    let mut planar = load_planar(path, options)?;
-    let colour = planar.colour(&subject)?;
+    let planar = load_planar(path, options)?;
+    let (width, height, envmap) = (planar.width, planar.height, planar.envmap);
+    let (texels, cleaned) = linear(planar, &subject)?;
+    let picture = EnvPicture {
+        width,
+        height,
+        texels,
+        envmap,
+    };
+    let level0 = to_cube(picture, options, &subject)?;
+    Ok((mips::build_mips(level0), cleaned))
+}
+
+/// Loads a 2-D texture with its mip chain, and says what had to be cleaned. Colours as in [`load_environment`].
+///
+/// # Errors
+///
+/// As [`load_planar_levels`], and where colours are not understood or a side exceeds [`MAX_TEXTURE`].
+pub fn load_texture(
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(PlanarMap, Cleaned), InputError> {
+    let subject = path.display().to_string();
+    let planar = load_planar(path, options)?;
+    let size = [planar.width, planar.height];
+    if size.iter().any(|n| *n > MAX_TEXTURE) {
+        return Err(InputError::new(
+            subject,
+            format!("a texture of at most {MAX_TEXTURE} columns and rows"),
+            format!("{}x{}", size[0], size[1]),
+            "scale the image down",
+        )
+        .at("size"));
+    }
+    let (texels, cleaned) = linear(planar, &subject)?;
+    Ok((
+        mips::build_planar_mips(PlanarLevel { size, texels }),
+        cleaned,
+    ))
+}
+
+/// Longest side of a 2-D texture: what the unit's address registers are made for.
+pub const MAX_TEXTURE: usize = 1 << 15;
+
+/// A picture's linear RGB, cleaned.
+fn linear(mut planar: Planar, subject: &str) -> Result<(Vec<[f32; 3]>, Cleaned), InputError> {
+    let colour = planar.colour(subject)?;
     let mut cleaned = Cleaned::default();
-    let linear = planar.linear;
+    let (linear, width, height) = (planar.linear, planar.width, planar.height);
     let mut take = |index: usize| {
         let mut samples = std::mem::take(&mut planar.channels[index].1);
         cleaned.clean(&mut samples);
@@ -176,7 +222,7 @@ pub fn load_environment(
         }
         samples
     };
-    let mut texels: Vec<[f32; 3]> = room(planar.width * planar.height, &subject)?;
+    let mut texels: Vec<[f32; 3]> = room(width * height, subject)?;
     match colour {
         Colour::Grey(y) => texels.extend(take(y).into_iter().map(|v| [v; 3])),
         Colour::Rgb([r, g, b]) => {
@@ -184,14 +230,7 @@ pub fn load_environment(
             texels.extend(r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]));
         }
     }
-    let picture = EnvPicture {
-        width: planar.width,
-        height: planar.height,
-        texels,
-        envmap: planar.envmap,
-    };
-    let level0 = to_cube(picture, options, &subject)?;
-    Ok((mips::build_mips(level0), cleaned))
+    Ok((texels, cleaned))
 }
 
 /// An empty vector with room for `n`, or an error where memory does not suffice.

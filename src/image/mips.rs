@@ -1,6 +1,7 @@
-//! The mip chain of a cube map: box filter over exact footprints.
+//! The mip chain of a cube map or a 2-D texture: box filter over exact footprints.
 
 use crate::cube::{CubeLevel, CubeMap};
+use crate::planar::{PlanarLevel, PlanarMap};
 use rayon::prelude::*;
 
 /// Builds the chain down to 1×1; level L has max(1, ⌊size/2^L⌋) texels along an edge.
@@ -46,32 +47,59 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
+/// The chain of a 2-D texture down to 1×1, made in the same way; level L has max(1, ⌊size/2^L⌋) columns and rows.
+#[must_use]
+pub fn build_planar_mips(level0: PlanarLevel) -> PlanarMap {
+    let mut levels = vec![level0];
+    while let Some(last) = levels.last()
+        && last.size != [1, 1]
+    {
+        let (size, texels) = shrink(last.size, 1, |_, x, y| last.texel(x, y));
+        levels.push(PlanarLevel { size, texels });
+    }
+    PlanarMap { levels }
+}
+
 fn halve(source: &CubeLevel) -> CubeLevel {
-    let size = (source.size / 2).max(1);
-    let spans = footprints(source.size, size);
-    let sum: f64 = spans[0].1.iter().copied().map(f64::from).sum();
-    let texels = (0..6 * size)
+    let (size, texels) = shrink([source.size; 2], 6, |face, x, y| source.texel(face, x, y));
+    CubeLevel {
+        size: size[0],
+        texels,
+    }
+}
+
+/// The next level of faces of `from` columns and rows.
+fn shrink(
+    from: [usize; 2],
+    faces: usize,
+    texel: impl Fn(usize, usize, usize) -> [f32; 3] + Sync,
+) -> ([usize; 2], Vec<[f32; 3]>) {
+    let [columns, rows] = from.map(|n| (n / 2).max(1));
+    let spans = [footprints(from[0], columns), footprints(from[1], rows)];
+    let sums = [0, 1].map(|i: usize| spans[i][0].1.iter().copied().map(f64::from).sum::<f64>());
+    let area = sums[0] * sums[1];
+    let texel = &texel;
+    let texels = (0..faces * rows)
         .into_par_iter()
         .flat_map_iter(|row| {
-            let (face, y) = (row / size, row % size);
+            let (face, y) = (row / rows, row % rows);
             let spans = &spans;
-            (0..size).map(move |x| {
+            (0..columns).map(move |x| {
                 let mut total = [0.0f64; 3];
-                let ((y0, wy), (x0, wx)) = (&spans[y], &spans[x]);
+                let ((y0, wy), (x0, wx)) = (&spans[1][y], &spans[0][x]);
                 for (j, &wy) in wy.iter().enumerate() {
                     for (i, &wx) in wx.iter().enumerate() {
                         let weight = f64::from(wx) * f64::from(wy);
-                        let texel = source.texel(face, x0 + i, y0 + j);
-                        for (t, c) in total.iter_mut().zip(texel) {
+                        for (t, c) in total.iter_mut().zip(texel(face, x0 + i, y0 + j)) {
                             *t += weight * f64::from(c);
                         }
                     }
                 }
-                total.map(|t| narrow(t / (sum * sum)))
+                total.map(|t| narrow(t / area))
             })
         })
         .collect();
-    CubeLevel { size, texels }
+    ([columns, rows], texels)
 }
 
 /// f64 to the nearest f32, ties to even.

@@ -33,12 +33,25 @@ impl Levels {
     }
 }
 
+/// Memory that gives bilinear values.
+pub trait Sampler {
+    /// The bilinear value of a level at a place on a face; a level beyond the chain counts as the last.
+    fn bilinear(&self, level: usize, at: Address) -> [f64; 3];
+}
+
+impl Sampler for Texture<'_> {
+    #[inline]
+    fn bilinear(&self, level: usize, at: Address) -> [f64; 3] {
+        Texture::bilinear(self, level, at)
+    }
+}
+
 /// Sums the bilinear values of both levels over the probes, each with its weight, divides by the
 /// weights' sum and mixes the levels by the LOD's fraction. Integer weights keep a constant texture
 /// exactly constant: sums of up to 2^29 equal floats are exact.
 #[inline]
-pub fn filter<T: Tap>(
-    texture: &Texture,
+pub fn filter<M: Sampler, T: Tap>(
+    texture: &M,
     levels: Levels,
     probes: impl Iterator<Item = (Address, u32)>,
     tap: &mut T,

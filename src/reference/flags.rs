@@ -34,11 +34,19 @@ pub enum Flag {
     HitOvershoot,
     /// The ray parameter, or a component of the hit, is beyond the largest double.
     HitSaturated,
+    /// A number of a texture request was NaN (taken as 0) or infinite (taken as ±`f64::MAX`).
+    SurfNotFinite,
+    /// D ∥ N, or one of them 0: any orthogonal pair was taken.
+    SurfParallel,
+    /// ∂P/∂s × ∂P/∂t = 0: the dot products' form was taken.
+    SurfDegenerate,
+    /// An entry of D on a texture is beyond the largest double.
+    SurfSaturated,
 }
 
 impl Flag {
     /// Every flag, in pipeline order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::NonFinite,
         Self::Parallel,
         Self::Zero,
@@ -51,6 +59,10 @@ impl Flag {
         Self::HitNoPlane,
         Self::HitOvershoot,
         Self::HitSaturated,
+        Self::SurfNotFinite,
+        Self::SurfParallel,
+        Self::SurfDegenerate,
+        Self::SurfSaturated,
     ];
 
     /// The name that trace lines print.
@@ -69,6 +81,10 @@ impl Flag {
             Self::HitNoPlane => "hit.no_plane",
             Self::HitOvershoot => "hit.overshoot",
             Self::HitSaturated => "hit.l.saturated",
+            Self::SurfNotFinite => "surface_footprint.non_finite",
+            Self::SurfParallel => "surface_footprint.parallel",
+            Self::SurfDegenerate => "surface_footprint.degenerate",
+            Self::SurfSaturated => "surface_footprint.d.saturated",
         }
     }
 }

@@ -7,8 +7,8 @@ use rtl_model::regs::{Kind, Reg};
 
 use super::UnitSpec;
 use crate::policy::{
-    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, Method, Minor, Outside,
-    Placement, RoughnessInterpolation, SetDiffuse, Weights,
+    Axis, ConeEnv, ConeGradient, ConeMetric, ConeRules, Count, Curvature, Dnmod, HitFootprint,
+    LookUp, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse, Weights, Wrap,
 };
 use crate::settings::IDENTITY;
 
@@ -245,6 +245,51 @@ impl UnitSpec {
             true,
             "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
         );
+        let tex = &c.tex;
+        add(
+            "cone.count",
+            int(tex.cones),
+            "1 | 2",
+            true,
+            "cones of a ray; the wider one counts",
+        );
+        add(
+            "cone.metric",
+            text(tex.metric.name()),
+            &names(ConeMetric::ALL, ConeMetric::name),
+            true,
+            "a texture request's footprint: the cones, or the distance times a pixel's angle",
+        );
+        add(
+            "cone.gradient",
+            text(tex.gradient.name()),
+            &names(ConeGradient::ALL, ConeGradient::name),
+            true,
+            "how ddx and ddy follow from dPdx and dPdy",
+        );
+        add(
+            "cone.env",
+            text(tex.env.name()),
+            &names(ConeEnv::ALL, ConeEnv::name),
+            true,
+            "gradients of a bare cone on a cube map",
+        );
+        add(
+            "surface_footprint.max_anisotropy",
+            int(tex.max_anisotropy),
+            "1…64",
+            true,
+            "longest dPdx over |w|, at grazing angles",
+        );
+        for (axis, wrap) in ["s", "t"].into_iter().zip(tex.wrap) {
+            add(
+                &format!("address.wrap_{axis}"),
+                text(wrap.name()),
+                &names(Wrap::ALL, Wrap::name),
+                true,
+                "what a 2-D texture shows beyond its edges",
+            );
+        }
         let hit = &c.hit;
         add(
             "hit.iterations",

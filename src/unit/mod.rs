@@ -13,7 +13,9 @@ use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
 use rtl_model::{Config, ConfigError};
 
 use crate::error::InputError;
-use crate::policy::{Axis, ConeRules, Curvature, RoughnessInterpolation, SetDiffuse};
+use crate::policy::{
+    Axis, ConeEnv, ConeGradient, ConeRules, Curvature, RoughnessInterpolation, SetDiffuse,
+};
 use crate::report::hash;
 use crate::settings::{AngleTable, IDENTITY, Settings};
 
@@ -64,7 +66,7 @@ impl UnitSpec {
 
     /// A preset: `default`, `schilling` (ten angle entries and roughness scale 1, as in the paper), or `otk`
     /// (ray cones as OptiX Toolkit's code treats them: truncating stores, its rules, the angle and width of a
-    /// diffuse scatter exchanged).
+    /// diffuse scatter exchanged, the note's gradients).
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         let mut spec = Self::default();
@@ -78,6 +80,8 @@ impl UnitSpec {
                 spec.config.cone.rounding = StoreRounding::Truncate;
                 spec.config.cone.rules = ConeRules::Otk;
                 spec.config.cone.set_diffuse = SetDiffuse::Exchanged;
+                spec.config.tex.gradient = ConeGradient::Otk;
+                spec.config.tex.env = ConeEnv::Otk;
             }
             _ => return None,
         }
@@ -118,6 +122,9 @@ impl UnitSpec {
             minor: c.minor,
             dnmod: c.dnmod,
             hit: c.hit,
+            tex: c.tex,
+            cone_rules: c.cone.rules,
+            set_diffuse: c.cone.set_diffuse,
             rotation: self.rotation.unwrap_or(IDENTITY),
             reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
                 .then_some(table),

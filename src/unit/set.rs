@@ -10,9 +10,9 @@ use super::UnitSpec;
 use super::knobs::{Value, canonical, names};
 use crate::error::InputError;
 use crate::policy::{
-    Axis, ConeRules, Count, Curvature, Dnmod, HitFootprint, LookUp, MAX_ITERATIONS,
-    MAX_TOLERANCE_BITS, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse,
-    Weights,
+    Axis, ConeEnv, ConeGradient, ConeMetric, ConeRules, Count, Curvature, Dnmod, HitFootprint,
+    LookUp, MAX_ANISOTROPY, MAX_ITERATIONS, MAX_TOLERANCE_BITS, Method, Minor, Outside, Placement,
+    RoughnessInterpolation, SetDiffuse, Weights, Wrap,
 };
 use crate::settings::IDENTITY;
 
@@ -135,6 +135,13 @@ impl UnitSpec {
             "cone.seed" => number!(c.cone.seed, 0, u32::MAX),
             "cone.rules" => literal!(ConeRules, c.cone.rules),
             "cone.set_diffuse" => literal!(SetDiffuse, c.cone.set_diffuse),
+            "cone.count" => number!(c.tex.cones, 1, 2),
+            "cone.metric" => literal!(ConeMetric, c.tex.metric),
+            "cone.gradient" => literal!(ConeGradient, c.tex.gradient),
+            "cone.env" => literal!(ConeEnv, c.tex.env),
+            "surface_footprint.max_anisotropy" => number!(c.tex.max_anisotropy, 1, MAX_ANISOTROPY),
+            "address.wrap_s" => literal!(Wrap, c.tex.wrap[0]),
+            "address.wrap_t" => literal!(Wrap, c.tex.wrap[1]),
             "transform.rotation" => match value {
                 Value::Numbers(v) => match rotation(v) {
                     Some(a) => {

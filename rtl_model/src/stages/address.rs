@@ -1,8 +1,8 @@
 //! `address`: where a probe lies and which texels it takes, level by level.
 //!
-//! A probe that leaves its face is looked up again from the direction (1, u, v). Texels come with a
-//! border of one (edge texels from the neighbours, corners the mean of the other three), so that a
-//! bilinear footprint is always two rows of two texels.
+//! A probe that leaves its face of a cube is looked up again from the direction (1, u, v); one that leaves a 2-D
+//! texture, for which u = 2s − 1 and v = 2t − 1, is wrapped. Texels come with a border of one (edge texels from the
+//! neighbours, corners the mean of the other three), so that a bilinear footprint is always two rows of two texels.
 
 pub mod lanes;
 
@@ -10,6 +10,7 @@ use super::cube_face::{components, direction, select};
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
+use crate::policy::Wrap;
 use crate::regs::{Event, Reg};
 use crate::tables::rom::mantissa;
 use crate::tap::Tap;
@@ -26,6 +27,8 @@ pub struct Cfg {
     s_shift: [i64; 2],
     weight_shift: i64,
     weight_bits: i64,
+    /// How a 2-D texture goes on beyond its edges; `None` for a cube.
+    wrap: Option<[Wrap; 2]>,
     lanes: Option<lanes::Lanes>,
 }
 
@@ -56,22 +59,38 @@ pub struct Probe {
 /// Texels of a probe in one level: the first of two rows of two, and the weights of the second ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Taps {
-    /// Column and row of the first texel, −1…N − 1, counted in the bordered face (+1).
+    /// Column and row of the first texel, from −1 on, counted in the bordered face (+1).
     pub corner: [usize; 2],
     /// Weight of the right column and of the lower row, 0…2^weight_bits.
     pub weight: [i64; 2],
 }
 
 impl Cfg {
-    /// Compiles and checks the stage.
+    /// Compiles and checks the stage for cube maps.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        Self::compile(config, [Reg::FaceU, Reg::FaceV], None)
+    }
+
+    /// Compiles and checks the stage for 2-D textures.
+    pub fn planar(config: &Config) -> Result<Self, ConfigError> {
+        Self::compile(config, [Reg::SurfS, Reg::SurfT], Some(config.tex.wrap))
+    }
+
+    /// `center` holds u and v, or s and t, whose 2s − 1 has the same fraction bits and one integer bit more.
+    fn compile(
+        config: &Config,
+        center: [Reg; 2],
+        wrap: Option<[Wrap; 2]>,
+    ) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
-        let uv = [f(Reg::FaceU), f(Reg::FaceV)];
+        let uv = center.map(f);
         let common = [uv[0].max(f(Reg::FootStep)), uv[1].max(f(Reg::FootStep))];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
             let lift = u32::try_from(common[i] - f(Reg::FootStep)).unwrap_or(u32::MAX);
             fits(reg, bits(config, Reg::FootStep) + lift + 8)?;
+            let lift = u32::try_from(common[i] - uv[i]).unwrap_or(u32::MAX);
+            fits(reg, bits(config, center[i]) + 1 + lift)?;
             if bits(config, reg) > 44 {
                 fits(reg, 63)?;
             }
@@ -102,6 +121,7 @@ impl Cfg {
             ],
             weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
             weight_bits: i64::from(config.weight_bits),
+            wrap,
             lanes: lanes::Lanes::new(config, common),
         })
     }
@@ -111,13 +131,29 @@ impl Cfg {
         [&self.u, &self.v][i].frac_in - step_frac
     }
 
-    /// Texel coordinates, corner and weights of a probe in a level of `size` texels.
+    /// The centre of a 2-D texture's probe line from the codes of s and t: 2s − 1 and 2t − 1, brought back into the
+    /// texture where it repeats.
+    #[inline(always)]
+    #[must_use]
+    pub fn center(&self, st: [i64; 2]) -> [i64; 2] {
+        let mut out = [0; 2];
+        for (i, (out, x)) in out.iter_mut().zip(st).enumerate() {
+            let one = 1i64 << ([&self.u, &self.v][i].frac_in - self.center_lift[i]);
+            *out = match self.wrap {
+                Some(wrap) if wrap[i] == Wrap::Repeat => wrapped(2 * x - one, one, wrap[i]),
+                Some(_) | None => 2 * x - one,
+            };
+        }
+        out
+    }
+
+    /// Texel coordinates, corner and weights of a probe in a level of `size` columns and rows.
     #[inline(always)]
     #[must_use]
     pub fn taps<T: Tap>(
         &self,
         probe: &Probe,
-        size: i64,
+        size: [i64; 2],
         component: usize,
         sink: &mut Sink<'_, T>,
     ) -> Taps {
@@ -129,7 +165,7 @@ impl Cfg {
             // (u + 1)/2·N − ½ with f + 1 fraction bits.
             let (code, over) = q.write_as(
                 T::STANDARD,
-                (probe.uv[i] + one) * size - one,
+                (probe.uv[i] + one) * size[i] - one,
                 self.s_shift[i],
             );
             sink.flags.register(Reg::AddrS, over);
@@ -143,7 +179,7 @@ impl Cfg {
             } else {
                 part << -self.weight_shift
             };
-            let clamped = whole.clamp(-1, size - 1);
+            let clamped = whole.clamp(-1, size[i] - 1);
             out.corner[i] = usize::try_from(clamped + 1).unwrap_or(0);
             // Only a register too short for the face brings a coordinate outside of it.
             out.weight[i] = match whole.cmp(&clamped) {
@@ -175,6 +211,10 @@ pub fn address<T: Tap>(
     {
         let sum = (input.center[i] << cfg.center_lift[i])
             + ((along * input.step[i]) << cfg.step_lift(i, input.step_frac));
+        let sum = match cfg.wrap {
+            Some(wrap) => wrapped(sum, 1 << q.frac_in, wrap[i]),
+            None => sum,
+        };
         uv[i] = sink.write(q, reg, index, sum, 0);
         outside |= uv[i].abs() > 1 << q.format.frac;
     }
@@ -184,6 +224,22 @@ pub fn address<T: Tap>(
         Probe {
             face: input.face,
             uv,
+        }
+    }
+}
+
+/// A coordinate of a 2-D texture that is left as it is from −1 to 1 (`one`), brought back from beyond.
+#[inline(always)]
+fn wrapped(x: i64, one: i64, wrap: Wrap) -> i64 {
+    if (-one..=one).contains(&x) {
+        return x;
+    }
+    match wrap {
+        Wrap::Repeat => ((x + one) & (2 * one - 1)) - one,
+        Wrap::Clamp => x.clamp(-one, one),
+        Wrap::Mirror => {
+            let turn = (x + one) & (4 * one - 1);
+            turn.min(4 * one - turn) - one
         }
     }
 }

@@ -3,12 +3,12 @@
 //! (Schilling, eq. 3 with the order corrected, 12 and 13.) The shift is common to a, b and c, never a
 //! saturation of one of them: that would turn the axis.
 
-use super::{Lanes, bits, fits, frac, int, store, take};
+use super::{Lanes, bits, block_frac, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
 use crate::lanes::{LaneSink, each, fill, leading_zeros, mantissas, mul};
 use crate::policy::Axis;
-use crate::regs::Reg;
+use crate::regs::{Kind, Reg};
 use crate::tap::Tap;
 
 /// Compiled configuration.
@@ -29,6 +29,8 @@ pub struct In<'a, const N: usize> {
     pub d: &'a Lanes<N, 4>,
     /// s·B' row by row; `None` without roughness.
     pub b: Option<&'a Lanes<N, 4>>,
+    /// Powers of two of D, where its register is a block.
+    pub exp: Option<&'a [i64; N]>,
 }
 
 /// K.
@@ -56,15 +58,19 @@ impl<const N: usize> Default for Out<N> {
 }
 
 impl Cfg {
-    /// Compiles and checks the stage.
-    pub fn new(config: &Config, rough: bool) -> Result<Self, ConfigError> {
-        let d = frac(config, Reg::JacD);
+    /// Compiles and checks the stage behind the register `source` that holds D.
+    pub fn new(config: &Config, source: Reg, rough: bool) -> Result<Self, ConfigError> {
+        // A block's mantissas fill their bits, the largest in [1, 2).
+        let (d, d_int) = match source.info().kind {
+            Kind::Fixed => (frac(config, source), int(config, source)),
+            Kind::Block => (block_frac(config, source), 1),
+        };
         let b = if rough { frac(config, Reg::RoughB) } else { d };
         let common = d.max(b);
         let whole = if rough {
-            int(config, Reg::JacD).max(int(config, Reg::RoughB))
+            d_int.max(int(config, Reg::RoughB))
         } else {
-            int(config, Reg::JacD)
+            d_int
         };
         let sum = if rough { 2 } else { 1 };
         fits(
@@ -121,6 +127,11 @@ pub fn covariance<const N: usize, T: Tap>(
     });
     mantissas(lanes, &cfg.k, &sum, |i| 63 - width - shift[i], &mut out.k);
     fill(lanes, &mut out.frac, |i| cfg.exact_frac - shift[i]);
+    if let Some(exp) = input.exp {
+        for (frac, exp) in out.frac.iter_mut().zip(exp) {
+            *frac -= 2 * exp;
+        }
+    }
     for (c, k) in out.k.iter().enumerate() {
         sink.put(Reg::CovK, c, k, |i| out.frac[i]);
     }

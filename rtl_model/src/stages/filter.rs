@@ -377,6 +377,31 @@ pub fn touch<T: Tap>(
     sum
 }
 
+/// Level, column and row (in the bordered level) of the first texel of every bilinear footprint.
+#[inline(always)]
+pub fn footprints<T: Tap>(
+    cfg: &Cfg,
+    address_cfg: &address::Cfg,
+    roms: &Roms,
+    texture: &Texture,
+    input: &In,
+    sink: &mut Sink<'_, T>,
+    each: &mut dyn FnMut(usize, [usize; 2]),
+) {
+    let last = texture.levels.len().saturating_sub(1);
+    let (first, lod_weight) = cfg.level(input.lod, last);
+    for k in 0..input.line.count {
+        let probe = address::address(address_cfg, roms, &input.line, k, sink);
+        for index in first..=first + usize::from(lod_weight != 0) {
+            let Some(level) = texture.levels.get(index) else {
+                continue;
+            };
+            let size = level.size.map(|n| i64::try_from(n).unwrap_or(1));
+            each(index, address_cfg.taps(&probe, size, 0, sink).corner);
+        }
+    }
+}
+
 #[inline(always)]
 fn put<T: Tap>(cfg: &Cfg, sum: &Sums, component: usize, sink: &mut Sink<'_, T>) {
     for (c, s) in sum.iter().enumerate() {

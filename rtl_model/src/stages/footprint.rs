@@ -21,6 +21,13 @@ pub const MAX_PROBES: u32 = 64;
 pub const MAX_FACE: u32 = 1 << 15;
 const INV_FRAC: i64 = 28;
 
+/// The power of two that is at least the longer side of a 2-D texture: its D, K and λ count in half of that many
+/// texels, so that they fill the same registers as a cube's.
+#[must_use]
+pub fn planar_unit(size: [u32; 2]) -> u32 {
+    size[0].max(size[1]).clamp(1, MAX_FACE).next_power_of_two()
+}
+
 /// Compiled configuration.
 #[derive(Clone, Debug)]
 pub struct Cfg {
@@ -35,9 +42,9 @@ pub struct Cfg {
     lod: Quantizer,
     line: Quantizer,
     line_feline: Quantizer,
-    step: Quantizer,
-    /// 2^28 / (2·count) by count; for `feline` 2^28 / (2·(count − 1)).
-    inv_count: Vec<i64>,
+    step: [Quantizer; 2],
+    /// 2^b·r / (2·count) by count, for u and v; for `feline` 2^b·r / (2·(count − 1)). On a cube b = 28 and r = 1.
+    inv_count: [Vec<i64>; 2],
     two_over_n: i64,
     axis_frac: i64,
     lambda_frac: i64,
@@ -74,6 +81,17 @@ impl<const N: usize> Default for Out<N> {
 impl Cfg {
     /// Compiles and checks the stage for faces of `size` texels.
     pub fn new(config: &Config, size: u32) -> Result<Self, ConfigError> {
+        Self::compile(config, size, [size; 2])
+    }
+
+    /// Compiles and checks the stage for a 2-D texture: λ in units of half of [`planar_unit`] texels, steps in
+    /// units of half a period of u and v.
+    pub fn planar(config: &Config, size: [u32; 2]) -> Result<Self, ConfigError> {
+        Self::compile(config, planar_unit(size), size)
+    }
+
+    /// `unit` texels are 2 in λ's units; `size` is that of level 0.
+    fn compile(config: &Config, unit: u32, size: [u32; 2]) -> Result<Self, ConfigError> {
         let max = config.max_probes;
         if !(1..=MAX_PROBES).contains(&max) {
             return Err(ConfigError {
@@ -84,10 +102,9 @@ impl Cfg {
                 found: format!("{max}"),
             });
         }
-        let (size, last_level) = (
-            i64::from(size.clamp(1, MAX_FACE)),
-            i64::from(size.max(1).ilog2()),
-        );
+        let last_level = i64::from(size[0].max(size[1]).max(1).ilog2());
+        let unit = i64::from(unit.clamp(1, MAX_FACE));
+        let size = size.map(|n| i64::from(n.clamp(1, MAX_FACE)));
         let f = |reg| frac(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let lambda = bits(config, Reg::EigenLambda);
@@ -119,25 +136,32 @@ impl Cfg {
             Count::Pow2 => (1, 1 << max.ilog2()),
             Count::Feline => (2, i64::from(max) + 1),
         };
-        let one = 1i64 << INV_FRAC;
-        let inv_count = (0..=i64::from(max))
-            .map(|count| {
+        // A narrow texture has long steps: r = unit/size takes bits from its table's fraction.
+        let inv_frac = size.map(|n| {
+            INV_FRAC - i64::from(u64::BITS - ((unit - 1) / n).cast_unsigned().leading_zeros())
+        });
+        let inv_count = [0, 1].map(|i: usize| {
+            let (over, under) = (unit << inv_frac[i], size[i]);
+            let entry = |count: i64| {
                 let parts = if config.count == Count::Feline {
                     2 * (count - 1)
                 } else {
                     2 * count
                 };
+                let under = under * parts;
                 if parts <= 0 {
                     0
                 } else {
-                    (2 * one + parts) / (2 * parts)
+                    (2 * over + under) / (2 * under)
                 }
-            })
-            .collect();
+            };
+            (0..=i64::from(max)).map(entry).collect()
+        });
+        let one = 1i64 << INV_FRAC;
         Ok(Self {
             rule: config.count,
             max: i64::from(max),
-            size,
+            size: unit,
             last_level,
             length: q(Reg::FootLength, 0),
             width: q(Reg::FootWidth, f(Reg::FootLength) + 8),
@@ -146,9 +170,9 @@ impl Cfg {
             lod: q(Reg::FootLod, i64::from(PORT_FRAC)),
             line: q(Reg::FootLine, 0),
             line_feline: q(Reg::FootLine, INV_FRAC + f(Reg::EigenAxis)),
-            step: q(Reg::FootStep, f(Reg::FootLine) + INV_FRAC),
+            step: inv_frac.map(|inv| q(Reg::FootStep, f(Reg::FootLine) + inv)),
             inv_count,
-            two_over_n: ((4 * one) / size + 1) / 2,
+            two_over_n: ((4 * one) / unit + 1) / 2,
             axis_frac: f(Reg::EigenAxis),
             lambda_frac: f(Reg::EigenLambda),
         })
@@ -277,11 +301,6 @@ pub fn footprint<const N: usize, T: Tap>(
     let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
     sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0, &mut out.lod);
 
-    let mut inv = [0; N];
-    for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
-        let at = usize::try_from(*count).unwrap_or(0);
-        *inv = cfg.inv_count.get(at).copied().unwrap_or(0);
-    }
     let lines = if cfg.rule == Count::Feline {
         // 2(λ1 − m·2/N) in u, v; end points included.
         let mut body = [0; N];
@@ -306,9 +325,14 @@ pub fn footprint<const N: usize, T: Tap>(
         lines
     };
     for (c, line) in lines.iter().enumerate() {
+        let mut inv = [0; N];
+        for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
+            let at = usize::try_from(*count).unwrap_or(0);
+            *inv = cfg.inv_count[c].get(at).copied().unwrap_or(0);
+        }
         let product = |i: usize| mul::<T>(line[i], inv[i]);
         sink.write(
-            &cfg.step,
+            &cfg.step[c],
             Reg::FootStep,
             c,
             product,

@@ -244,6 +244,7 @@ impl Unit {
         let input = covariance::In {
             d: &state.d.d,
             b: self.roughness.as_ref().map(|_| &state.b.b),
+            exp: self.block_d.then_some(&state.d_exp),
         };
         covariance::covariance(
             &self.covariance,
@@ -340,6 +341,26 @@ impl Unit {
             out.texels[lane] = filtered.texels;
             out.probes[lane] = request.line.count;
         }
+    }
+
+    /// Level, column and row (in the bordered level) of the first texel of each bilinear footprint of a lane.
+    #[inline(always)]
+    pub(super) fn footprints<const N: usize>(
+        &self,
+        state: &State<N>,
+        lane: usize,
+        texture: &Texture,
+        each: &mut dyn FnMut(usize, [usize; 2]),
+    ) {
+        let request = self.request(state, lane);
+        let mut flags = NO_FLAGS;
+        let mut sink = Sink {
+            lane,
+            flags: &mut flags,
+            tap: &mut NoTapStandard,
+        };
+        let (cfg, address) = (&self.filter, &self.address);
+        filter::footprints(cfg, address, &self.roms, texture, &request, &mut sink, each);
     }
 
     /// The addresses alone: what a texel cache would see, and the floor of a speed comparison.

@@ -98,7 +98,10 @@ impl<'a, const W: usize> Walk<'a, W> {
     #[inline(always)]
     #[must_use]
     pub fn new(cfg: &'a Cfg, line: &'a In, levels: [&'a Level; 2], both: bool) -> Self {
-        let fits = |lanes: &&Lanes| levels.iter().all(|level| level.size <= lanes.max_size);
+        let fits = |lanes: &&Lanes| {
+            let mut sizes = levels.iter().flat_map(|level| level.size);
+            sizes.all(|size| size <= lanes.max_size)
+        };
         let lanes = cfg.lanes.as_ref().filter(fits);
         let two = usize::from(both);
         let one = lanes.map_or(0, |lanes| 1u64 << lanes.frac);
@@ -192,7 +195,7 @@ impl<'a, const W: usize> Walk<'a, W> {
         let len = usize::try_from(probes).unwrap_or(0) << self.two;
         let word = |x: usize| u64::try_from(x).unwrap_or(0);
         let both = |f: fn(&Level) -> usize| self.levels.map(|level| word(f(level)));
-        let size = both(|level| level.size);
+        let size = [both(|level| level.size[0]), both(|level| level.size[1])];
         let stride = both(|level| level.stride);
         let face = self
             .levels
@@ -201,7 +204,7 @@ impl<'a, const W: usize> Walk<'a, W> {
         let mut code = [[0u64; W]; 2];
         for i in 0..2 {
             for lane in 0..W {
-                let t = ((self.at[i][lane] & LOW) * (size[lane & 1] & LOW)).wrapping_add(one);
+                let t = ((self.at[i][lane] & LOW) * (size[i][lane & 1] & LOW)).wrapping_add(one);
                 let odd = (t >> lanes.shift) & 1;
                 code[i][lane] = t.wrapping_add(lanes.low + odd) >> lanes.shift;
             }
@@ -278,7 +281,7 @@ fn one_by_one<const W: usize, T: Tap>(
         for l in 0..=walk.two {
             let lane = (usize::try_from(probe).unwrap_or(0) << walk.two) + l;
             let level = walk.levels[l];
-            let size = i64::try_from(level.size).unwrap_or(1);
+            let size = level.size.map(|n| i64::try_from(n).unwrap_or(1));
             let taps = walk.cfg.taps(&found, size, 4 * index + 2 * l, sink);
             let at = level.index(found.face, taps.corner[0], taps.corner[1]);
             out.upper[lane] = word(at);

@@ -7,6 +7,7 @@ use crate::fx::{Quantizer, block};
 use crate::policy::HitFootprint;
 use crate::regs::{Event, Reg};
 use crate::stages::cube_face::{components, direction};
+use crate::stages::surface_footprint::beside;
 use crate::stages::{Roms, Sink, bits, cross, dot, fits, frac};
 use crate::tables::rom::{mantissa, mantissa4};
 use crate::tap::Tap;
@@ -172,15 +173,7 @@ pub fn footprint<T: Tap>(
 /// t1 = unit(e_k × R), k the smallest |R_k| (ties z, y, x), and t2 = R × t1.
 #[inline(always)]
 fn basis<T: Tap>(cfg: &Cfg, roms: &Roms, r: [i64; 3], sink: &mut Sink<'_, T>) -> [[i64; 3]; 2] {
-    let [x, y, z] = r;
-    let [ax, ay, az] = r.map(i64::abs);
-    let across = if az <= ax && az <= ay {
-        [-y, x, 0]
-    } else if ay <= ax {
-        [z, 0, -x]
-    } else {
-        [0, -z, y]
-    };
+    let across = beside(r);
     let (m, e) = mantissa4(dot(across, across).max(1));
     let inv = sink.block(
         &cfg.inv_across,
