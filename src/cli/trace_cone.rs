@@ -9,6 +9,7 @@ use serde_json::{Map, Number, Value, json};
 
 use super::json_lines::{self, Line, short};
 use super::trace::TraceEngine;
+use crate::engine::cones::rtl_step;
 use crate::engine::probe::Code;
 use crate::error::InputError;
 use crate::reference::ray_cone as float;
@@ -170,27 +171,8 @@ fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> 
     let mut flags = Flags::default();
     let mut state = cfg.load(cone.map(f64::to_bits), &mut dither, &mut flags);
     for step in steps {
-        let mut strange = false;
-        let mut take = |x: f64| {
-            let (value, finite) = Dyadic::binary64(x.to_bits());
-            strange |= !finite;
-            value
-        };
-        let step = match *step {
-            float::Step::Propagate(d) => rtl::Step::Propagate(take(d)),
-            float::Step::Reflect(k) => rtl::Step::Reflect(take(k)),
-            float::Step::Refract {
-                curvature,
-                outside,
-                inside,
-            } => rtl::Step::Refract {
-                curvature: take(curvature),
-                outside: take(outside),
-                inside: take(inside),
-            },
-            float::Step::Scatter(f) => rtl::Step::Scatter(take(f)),
-        };
-        flags.event(Event::ConeNotFinite, strange);
+        let (step, finite) = rtl_step(*step);
+        flags.event(Event::ConeNotFinite, !finite);
         state = rtl::ray_cone(&cfg, state, step, &mut dither, &mut flags);
     }
     let number = |x: Dyadic| {

@@ -1,6 +1,7 @@
 //! Engines side by side: the same fragments through the integer model, the float reference, the
 //! elliptical Gaussian and supersampled truth.
 
+pub mod cones;
 pub mod dispatch;
 pub mod encode;
 pub mod float;
@@ -10,6 +11,8 @@ pub mod probe;
 pub mod registers;
 pub mod rtl;
 pub mod tex;
+pub mod tex_subject;
+pub mod tiles;
 
 use std::collections::BTreeMap;
 

@@ -55,12 +55,6 @@ pub fn words(fragment: &TexFragment, cone: Cone) -> TexWords {
     }
 }
 
-/// A double as a cone's operand; what is not finite becomes the largest double or 0.
-#[must_use]
-pub fn operand(x: f64) -> Dyadic {
-    Dyadic::binary64(x.to_bits()).0
-}
-
 /// The value of a cone's operand.
 #[must_use]
 pub fn value(x: Dyadic) -> f64 {

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use super::address::Address;
 use super::env::Env;
+use super::planar::PlanarTexture;
 use super::real::Real;
+use super::tex::Tex;
 use super::texture::Texture;
 use crate::cube::{direction, face_uv};
 
@@ -51,6 +53,45 @@ pub fn ewa(env: &Env, texture: &Texture) -> [f64; 3] {
 pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
     let (lattice, form) = fitting_lattice(env.k, texture);
     let centre = [env.u, env.v].map(|x| (x + 1.0) / lattice.spacing - 0.5);
+    let (color, points) = gaussian(centre, &form, |i, j| lattice.value(texture, env.face, i, j));
+    Ewa {
+        color,
+        level: lattice.level,
+        points,
+    }
+}
+
+/// The same filter on a 2-D texture: covariance K/12 + ⅙·I in texels. The lattice is the first level on which the
+/// ellipse holds at most [`MOST_POINTS`] texels and its minor axis is below [`FINE_ENOUGH`], the last one at the
+/// latest. The colour and the lattice points that it took.
+#[must_use]
+pub fn ewa_planar(tex: &Tex, texture: &PlanarTexture<'_>) -> ([f64; 3], u64) {
+    let size = texture.level_size(0).map(|n| n as f64);
+    let last = texture.levels() - 1;
+    let mut level = 0;
+    loop {
+        let here = texture.level_size(level).map(|n| n as f64);
+        let [x, y] = [0, 1].map(|i| here[i] / size[i]);
+        let [a, b, c] = tex.k;
+        let (form, fits) = form([a * x * x / 12.0, b * x * y / 12.0, c * y * y / 12.0]);
+        if fits {
+            let centre = [0, 1].map(|i| (tex.centre[i] + 1.0) / 2.0 * here[i] - 0.5);
+            return gaussian(centre, &form, |i, j| texture.texel(level, [i, j]));
+        }
+        if level == last {
+            // One texel, or an ellipse over very many copies of a few: their mean.
+            return (texture.texel(last, [0, 0]), 1);
+        }
+        level += 1;
+    }
+}
+
+/// The weighted mean of the lattice points whose offset x from `centre` has x·Σ⁻¹·x ≤ 9, and their number.
+fn gaussian(
+    centre: [f64; 2],
+    form: &Form,
+    value: impl Fn(i64, i64) -> [f64; 3],
+) -> ([f64; 3], u64) {
     let [_, b, c] = form.covariance;
     let variance = form.determinant / c;
     let fall = libm::exp(-1.0 / variance);
@@ -76,7 +117,7 @@ pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
             let mut weight = libm::exp(-0.5 * dx * dx / variance);
             let mut ratio = libm::exp(-(dx + 0.5) / variance);
             for i in (start..=*columns.end()).take(RUN) {
-                let value = lattice.value(texture, env.face, i, j);
+                let value = value(i, j);
                 row_total += weight;
                 for (sum, value) in row.iter_mut().zip(value) {
                     *sum += weight * value;
@@ -91,11 +132,8 @@ pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
             *sum += row_weight * row;
         }
     }
-    Ewa {
-        color: sum.map(|sum| if total > 0.0 { sum / total } else { 0.0 }),
-        level: lattice.level,
-        points,
-    }
+    let color = sum.map(|sum| if total > 0.0 { sum / total } else { 0.0 });
+    (color, points)
 }
 
 /// The whole numbers from `low` to `high`.
@@ -170,23 +208,28 @@ fn fitting_lattice(k: [f64; 3], texture: &Texture) -> (Lattice, Form) {
     let mut level = 0;
     loop {
         let lattice = Lattice::new(level, texture);
-        let [a, b, c] = k.map(|x| x / lattice.spacing / lattice.spacing / 12.0);
-        let texel = 1.0 / 6.0;
-        // det(K' + t·I) = det K' + t·tr K' + t², with det K' ≥ 0 whatever rounding did to it.
-        let own = f64::product_difference(a, c, b, b).max(0.0);
-        let determinant = own + texel * (a + c) + texel * texel;
-        let points = 9.0 * PI * determinant.sqrt();
-        let trace = a + c + 2.0 * texel;
-        let spread = (trace * trace - 4.0 * determinant).max(0.0).sqrt();
-        let minor = 2.0 * determinant / (trace + spread);
-        if (points <= MOST_POINTS && minor < FINE_ENOUGH) || level >= 2000 {
-            let covariance = [a + texel, b, c + texel];
-            let form = Form {
-                covariance,
-                determinant,
-            };
+        let (form, fits) = form(k.map(|x| x / lattice.spacing / lattice.spacing / 12.0));
+        if fits || level >= 2000 {
             return (lattice, form);
         }
         level += 1;
     }
+}
+
+/// Σ = K/12 + ⅙·I from K/12, and whether its ellipse has at most [`MOST_POINTS`] points and a minor axis below
+/// [`FINE_ENOUGH`].
+fn form([a, b, c]: [f64; 3]) -> (Form, bool) {
+    let texel = 1.0 / 6.0;
+    // det(K' + t·I) = det K' + t·tr K' + t², with det K' ≥ 0 whatever rounding did to it.
+    let own = f64::product_difference(a, c, b, b).max(0.0);
+    let determinant = own + texel * (a + c) + texel * texel;
+    let points = 9.0 * PI * determinant.sqrt();
+    let trace = a + c + 2.0 * texel;
+    let spread = (trace * trace - 4.0 * determinant).max(0.0).sqrt();
+    let minor = 2.0 * determinant / (trace + spread);
+    let form = Form {
+        covariance: [a + texel, b, c + texel],
+        determinant,
+    };
+    (form, points <= MOST_POINTS && minor < FINE_ENOUGH)
 }

@@ -35,7 +35,7 @@ pub mod wide;
 
 pub use distances::Distances;
 pub use env::{Env, env};
-pub use ewa::{Ewa, ewa, ewa_counted};
+pub use ewa::{Ewa, ewa, ewa_counted, ewa_planar};
 pub use flags::{Flag, Flags};
 pub use hit::{Hit, HitEnv, hit, hit_env};
 pub use planar::PlanarTexture;

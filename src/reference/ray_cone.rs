@@ -4,6 +4,8 @@
 //! are computed in [`Wide`]. Beyond the largest double they saturate; NaN reads as 0, ±∞ as the
 //! largest double.
 
+pub mod camera;
+
 use super::prepared::finite;
 use super::real::Real;
 use super::wide::Wide;

@@ -8,6 +8,7 @@ pub mod hit;
 pub mod moments;
 pub mod pyramid;
 pub mod surface;
+pub mod tex;
 mod views;
 pub mod world;
 

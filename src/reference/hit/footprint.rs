@@ -1,7 +1,7 @@
 //! The footprint at the hit: D = G(l)·|w|·[t1 t2].
 
 use super::Hit;
-use crate::policy::{HitFootprint, HitStatus};
+use crate::policy::{ConeEnv, HitFootprint, HitStatus};
 use crate::reference::address::Address;
 use crate::reference::covariance::covariance;
 use crate::reference::cube_face::cube_face;
@@ -94,11 +94,11 @@ pub(super) fn env<T: Tap>(
     } else {
         saturate(width + angle * hit.d).abs()
     };
-    let quick = front::<f64, _>(prepared, hit.l, width, t, flags, &mut NoTap);
+    let quick = front::<f64, _>(prepared, hit.l, (width, escaped), t, flags, &mut NoTap);
     let front = if !quick.exact || !ordinary(hit.l, width) {
-        front::<Wide, _>(prepared, hit.l, width, t, flags, tap)
+        front::<Wide, _>(prepared, hit.l, (width, escaped), t, flags, tap)
     } else if T::ACTIVE {
-        front::<f64, _>(prepared, hit.l, width, t, flags, tap)
+        front::<f64, _>(prepared, hit.l, (width, escaped), t, flags, tap)
     } else {
         quick
     };
@@ -116,7 +116,7 @@ fn ordinary(l: [f64; 3], width: f64) -> bool {
 fn front<R: Real, T: Tap>(
     prepared: &Prepared,
     l: [f64; 3],
-    width: f64,
+    (width, escaped): (f64, bool),
     t: [[f64; 3]; 2],
     mut flags: Flags,
     tap: &mut T,
@@ -125,6 +125,7 @@ fn front<R: Real, T: Tap>(
     let matrix = prepared.rotation().map(|rows| rows.map(vector::<R>));
     let facing = cube_face(vector::<R>(l), matrix.as_ref(), &mut flags, tap);
     let width = R::from_f64(width);
+    let constant = escaped && settings.tex.env == ConeEnv::Otk;
     let zero = R::from_f64(0.0);
     let mut d = [[zero; 2]; 2];
     let mut terms = zero;
@@ -133,7 +134,14 @@ fn front<R: Real, T: Tap>(
         let t = matrix.as_ref().map_or(t, |a| transform(a, t));
         let rows = facing.numerator(t);
         for (row, value) in rows.into_iter().enumerate() {
-            d[row][col] = value * facing.inv_ma * width;
+            d[row][col] = if !constant {
+                value * facing.inv_ma * width
+            } else if row == col {
+                // OptiX Toolkit's constant 2α/π per [0, 1] of a face.
+                R::from_f64(4.0 * std::f64::consts::FRAC_1_PI) * width
+            } else {
+                zero
+            };
         }
         for c in t {
             terms = terms + c.abs() * facing.inv_ma * width;

@@ -4,7 +4,7 @@ use super::{P, look_up};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::distance::{BEYOND, DistanceMemory, Kind};
 use crate::fx::{Quantizer, block};
-use crate::policy::HitFootprint;
+use crate::policy::{ConeEnv, HitFootprint};
 use crate::regs::{Event, Reg};
 use crate::stages::cube_face::{components, direction};
 use crate::stages::surface_footprint::beside;
@@ -12,10 +12,16 @@ use crate::stages::{Roms, Sink, bits, cross, dot, fits, frac};
 use crate::tables::rom::{mantissa, mantissa4};
 use crate::tap::Tap;
 
+/// Fraction bits of [`FOUR_OVER_PI`].
+const CONSTANT_FRAC: i64 = 30;
+/// 4/π to the nearest 2^−30: 1.273239544735…
+const FOUR_OVER_PI: i64 = 1_367_130_551;
+
 /// Compiled configuration.
 #[derive(Clone, Debug)]
 pub struct Cfg {
     shape: HitFootprint,
+    env: ConeEnv,
     max_probes: i64,
     r_frac: i64,
     inv_across: Quantizer,
@@ -89,6 +95,7 @@ impl Cfg {
         let face = uv[0].max(uv[1]);
         Ok(Self {
             shape: config.hit.footprint,
+            env: config.tex.env,
             max_probes: i64::from(config.max_probes.max(1)),
             r_frac: f(Reg::HitR),
             inv_across: q(Reg::HitInvAcross, 0),
@@ -123,6 +130,20 @@ pub fn footprint<T: Tap>(
     input: &In,
     sink: &mut Sink<'_, T>,
 ) -> [i64; 4] {
+    if input.escaped && cfg.env == ConeEnv::Otk {
+        // OptiX Toolkit's constant 2α/π per [0, 1] of a face, the same everywhere.
+        let shift = CONSTANT_FRAC - input.width.1 - i64::from(cfg.d.format.frac);
+        let mut d = [0; 4];
+        for (c, d) in d.iter_mut().enumerate() {
+            let product = if c % 3 == 0 {
+                input.width.0 * FOUR_OVER_PI
+            } else {
+                0
+            };
+            *d = sink.shift(&cfg.d, Reg::JacD, c, product, shift, 0);
+        }
+        return d;
+    }
     let mut t = basis(cfg, roms, input.r, sink);
     if cfg.shape == HitFootprint::Plane && !input.escaped {
         match normal(&hit.look_up, roms, memory, input.to) {

@@ -1,0 +1,595 @@
+//! A scene of the TEX operation as every engine renders it.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use rtl_model::fx::Flags;
+use rtl_model::regs::Event as RtlEvent;
+use rtl_model::unit::TexWords;
+
+use super::cones::{Asked, FloatCones, RtlCones, walk};
+use super::hit::{HitF64, HitResult, HitRtl};
+use super::probe::{FloatProbe, RtlProbe};
+use super::registers::RegisterErrors;
+use super::tex::{TexRtl, value, words};
+use super::tiles::{Tiles, level_colour};
+use super::{Progress, Rendering, to_u64};
+use crate::cube::CubeMap;
+use crate::distance::Distance;
+use crate::error::InputError;
+use crate::fragment::{HitFragment, TexFragment};
+use crate::picture::Picture;
+use crate::reference::tex::{point, tex};
+use crate::reference::{NoTap, PlanarTexture, Prepared, ewa_planar};
+use crate::scene::tex::TexScene;
+use crate::scene::tex::path::{Look, Path};
+use crate::settings::Settings;
+use crate::truth::texels::PaddedCube;
+use crate::truth::{TruthOptions, supersample};
+use crate::unit::UnitSpec;
+
+/// A scene with its environment.
+#[derive(Clone, Debug)]
+pub struct TexSubject {
+    /// Surfaces, camera, textures.
+    pub scene: TexScene,
+    /// What paths see that leave the scene.
+    pub sky: CubeMap,
+    /// Requests to textures and to the environment.
+    pub requests: u64,
+}
+
+/// The integer model, compiled for a scene.
+#[derive(Clone, Debug)]
+pub struct TexEngine {
+    /// One unit a texture.
+    pub textures: Vec<TexRtl>,
+    /// The unit for the environment: a hit with no wall is a bare cone.
+    pub sky: HitRtl,
+}
+
+/// A picture, what it took, and what it asked of the textures' memory.
+#[derive(Clone, Debug)]
+pub struct TexRendering {
+    /// Colours, probes, texels, flags.
+    pub rendering: Rendering,
+    /// Levels of detail in colours, each pixel's requests by their weight.
+    pub levels: Picture,
+    /// Touched tiles of each texture; empty for engines that read none.
+    pub tiles: Vec<Tiles>,
+}
+
+/// One request of a row: its pixel's column, its weight, and what is asked.
+struct Request<A> {
+    column: usize,
+    weight: f64,
+    asked: A,
+}
+
+/// What a row's requests came to.
+struct Row {
+    rgb: Vec<[f64; 3]>,
+    levels: Vec<[f64; 4]>,
+    probes: u64,
+    texels: u64,
+    flags: BTreeMap<String, u64>,
+    tiles: Vec<Tiles>,
+    /// Seconds for paths, and for everything else.
+    seconds: [f64; 2],
+}
+
+impl Row {
+    fn new(width: usize) -> Self {
+        Self {
+            rgb: vec![[0.0; 3]; width],
+            levels: vec![[0.0; 4]; width],
+            probes: 0,
+            texels: 0,
+            flags: BTreeMap::new(),
+            tiles: Vec::new(),
+            seconds: [0.0; 2],
+        }
+    }
+
+    fn add(&mut self, column: usize, weight: f64, colour: [f64; 3]) {
+        for (sum, c) in self.rgb[column].iter_mut().zip(colour) {
+            *sum += weight * c;
+        }
+    }
+
+    fn level(&mut self, column: usize, weight: f64, lod: f64) {
+        let [r, g, b] = level_colour(lod);
+        for (sum, c) in self.levels[column].iter_mut().zip([r, g, b, 1.0]) {
+            *sum += weight * c;
+        }
+    }
+
+    fn sky(&mut self, asked: &[Request<HitFragment>], found: Vec<HitResult>) {
+        for (request, found) in asked.iter().zip(found) {
+            self.add(request.column, request.weight, found.color);
+            self.probes += u64::from(found.probes);
+            self.texels += found.texels;
+            for name in found.flags {
+                *self.flags.entry(name).or_default() += 1;
+            }
+        }
+    }
+}
+
+/// A bare cone in a direction: a ray without walls.
+fn bare(direction: [f64; 3], angle: f64) -> HitFragment {
+    HitFragment {
+        x: [0.0; 3],
+        r: direction,
+        cone: Some([angle, 0.0]),
+    }
+}
+
+impl TexEngine {
+    /// Compiles the units and encodes textures and environment.
+    pub fn new(spec: &UnitSpec, subject: &TexSubject) -> Result<Self, InputError> {
+        let textures = subject.scene.textures.iter();
+        Ok(Self {
+            textures: textures
+                .map(|map| TexRtl::new(spec, map))
+                .collect::<Result<_, _>>()?,
+            sky: HitRtl::new(
+                spec,
+                &Distance::Sphere(f64::INFINITY),
+                Some(&subject.sky),
+                subject.sky.size(),
+            )?,
+        })
+    }
+}
+
+impl TexSubject {
+    /// A subject; its paths are traced once to count their requests.
+    #[must_use]
+    pub fn new(scene: TexScene, sky: CubeMap) -> Self {
+        let requests = (0..scene.height)
+            .into_par_iter()
+            .map(|row| {
+                let mut count = 0;
+                scene_row(&scene, row, &mut |_, _, path| {
+                    let asks = |e: &&crate::scene::tex::path::Event| {
+                        !matches!(e, crate::scene::tex::path::Event::Step(_))
+                    };
+                    count += to_u64(path.events.iter().filter(asks).count());
+                });
+                count
+            })
+            .sum();
+        Self {
+            scene,
+            sky,
+            requests,
+        }
+    }
+
+    /// Pixels, all of which show something.
+    #[must_use]
+    pub fn pixels(&self) -> Vec<[u32; 2]> {
+        let whole = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        (0..self.scene.height)
+            .flat_map(|y| (0..self.scene.width).map(move |x| [whole(x), whole(y)]))
+            .collect()
+    }
+
+    /// Rows in parallel, put together in order.
+    fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> TexRendering {
+        let start = Instant::now();
+        let (width, height) = (self.scene.width, self.scene.height);
+        let rows: Vec<Row> = (0..height)
+            .into_par_iter()
+            .map(|y| {
+                let out = row(y);
+                progress(to_u64(width));
+                out
+            })
+            .collect();
+        let wall = start.elapsed().as_secs_f64();
+        let mut out = TexRendering {
+            rendering: Rendering {
+                picture: Picture::new(width, height),
+                seconds: wall,
+                probes: 0,
+                texels: 0,
+                flags: BTreeMap::new(),
+                standard_error: None,
+                searches: None,
+            },
+            levels: Picture::new(width, height),
+            tiles: Vec::new(),
+        };
+        out.rendering.picture.covered.fill(true);
+        out.levels.covered.fill(true);
+        let mut times = [0.0; 2];
+        for (y, row) in rows.into_iter().enumerate() {
+            let r = &mut out.rendering;
+            r.picture.rgb[y * width..(y + 1) * width].copy_from_slice(&row.rgb);
+            for (to, [red, green, blue, weight]) in
+                out.levels.rgb[y * width..].iter_mut().zip(row.levels)
+            {
+                *to = if weight > 0.0 {
+                    [red, green, blue].map(|c| c / weight)
+                } else {
+                    [0.02; 3]
+                };
+            }
+            r.probes += row.probes;
+            r.texels += row.texels;
+            for (name, n) in row.flags {
+                *r.flags.entry(name).or_default() += n;
+            }
+            if out.tiles.is_empty() {
+                out.tiles = row.tiles;
+            } else {
+                for (a, b) in out.tiles.iter_mut().zip(&row.tiles) {
+                    a.merge(b);
+                }
+            }
+            times = [0, 1].map(|i| times[i] + row.seconds[i]);
+        }
+        // Paths are the scene's work, not the engine's.
+        let share = times[1] / (times[0] + times[1]).max(f64::MIN_POSITIVE);
+        out.rendering.seconds = wall * share;
+        out
+    }
+
+    /// By the integer model.
+    #[must_use]
+    pub fn rtl(
+        &self,
+        engine: &TexEngine,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> TexRendering {
+        let wrap = settings.tex.wrap;
+        self.rows(progress, |y| {
+            let mut row = Row::new(self.scene.width);
+            row.tiles = self
+                .scene
+                .textures
+                .iter()
+                .map(|map| Tiles::new(map, wrap))
+                .collect();
+            let begin = Instant::now();
+            let asked = self.ask_rtl(engine, settings, y);
+            row.seconds[0] = asked.paths;
+            if asked.flags.events != 0 {
+                for event in RtlEvent::ALL {
+                    if asked.flags.has_event(*event) {
+                        *row.flags.entry(event.name().to_string()).or_default() += 1;
+                    }
+                }
+            }
+            for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
+                let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
+                let mut at = 0;
+                unit.blocks(&words, |state, out, len| {
+                    for lane in 0..len {
+                        let result = unit.result(state, out, lane);
+                        let request = &looks[at];
+                        at += 1;
+                        row.add(request.column, request.weight, result.color);
+                        row.level(request.column, request.weight, result.lod);
+                        row.probes += u64::from(result.probes);
+                        row.texels += result.texels;
+                        if !out.flags[lane].is_empty() {
+                            for name in unit.flags(out, lane) {
+                                *row.flags.entry(name).or_default() += 1;
+                            }
+                        }
+                        if let Some(texture) = &unit.texture {
+                            let tiles = &mut row.tiles[index];
+                            unit.unit
+                                .footprints(state, lane, texture, &mut |level, corner| {
+                                    tiles.touch(level, corner);
+                                });
+                        }
+                    }
+                });
+            }
+            let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
+            row.sky(&asked.sky, engine.sky.filter(&rays, &|_| {}));
+            row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            row
+        })
+    }
+
+    /// A row's requests with the integer model's cones.
+    fn ask_rtl(&self, engine: &TexEngine, settings: &Settings, y: usize) -> AskedRtl {
+        let mut out = AskedRtl {
+            looks: self.scene.textures.iter().map(|_| Vec::new()).collect(),
+            sky: Vec::new(),
+            flags: Flags::default(),
+            paths: 0.0,
+        };
+        let Some(first) = engine.textures.first() else {
+            return out;
+        };
+        let cfg = &first.unit.cone;
+        let mut cones = RtlCones::new(cfg, &self.scene.camera);
+        let mut before = Instant::now();
+        scene_row(&self.scene, y, &mut |column, number, path| {
+            out.paths += before.elapsed().as_secs_f64();
+            cones.ray(number);
+            let lens = self.scene.camera.lens;
+            walk(
+                &mut cones,
+                &settings.tex,
+                lens,
+                path,
+                &mut |asked, cone| match asked {
+                    Asked::Look(look) => out.looks[look.texture].push(Request {
+                        column,
+                        weight: look.weight / f64::from(self.scene.samples),
+                        asked: words(&look.fragment, cone),
+                    }),
+                    Asked::Sky(direction, weight) => out.sky.push(Request {
+                        column,
+                        weight: weight / f64::from(self.scene.samples),
+                        asked: bare(direction, value(cfg.angle(cone.angle))),
+                    }),
+                },
+            );
+            before = Instant::now();
+        });
+        out.flags = cones.flags;
+        out
+    }
+
+    /// The float reference's requests of a row: texture requests with their widths, and bare cones.
+    fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
+        let mut out = AskedF64 {
+            looks: Vec::new(),
+            sky: Vec::new(),
+            paths: 0.0,
+        };
+        let scene = &self.scene;
+        let mut cones = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
+        let mut before = Instant::now();
+        scene_row(scene, y, &mut |column, _, path| {
+            out.paths += before.elapsed().as_secs_f64();
+            walk(
+                &mut cones,
+                &settings.tex,
+                scene.camera.lens,
+                path,
+                &mut |asked, cone| {
+                    let part = 1.0 / f64::from(scene.samples);
+                    match asked {
+                        Asked::Look(look) => out.looks.push(Request {
+                            column,
+                            weight: look.weight * part,
+                            asked: (look.texture, look.fragment, cone.width.0),
+                        }),
+                        Asked::Sky(direction, weight) => out.sky.push(Request {
+                            column,
+                            weight: weight * part,
+                            asked: bare(direction, cone.angle.0),
+                        }),
+                    }
+                },
+            );
+            before = Instant::now();
+        });
+        out
+    }
+
+    fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {
+        let textures = self.scene.textures.iter();
+        textures
+            .map(|map| PlanarTexture::new(map, settings.tex.wrap))
+            .collect()
+    }
+
+    /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
+    fn float(&self, settings: &Settings, gaussian: bool, progress: Progress<'_>) -> TexRendering {
+        let prepared = Prepared::new(settings);
+        let textures = self.planar(settings);
+        let nowhere = Distance::Sphere(f64::INFINITY);
+        let sky = HitF64::new(settings, &nowhere, Some(&self.sky), self.sky.size());
+        let cube = crate::reference::Texture::new(&self.sky);
+        self.rows(progress, |y| {
+            let mut row = Row::new(self.scene.width);
+            let begin = Instant::now();
+            let asked = self.ask_f64(settings, y);
+            row.seconds[0] = asked.paths;
+            for request in &asked.looks {
+                let (index, fragment, width) = &request.asked;
+                let texture = &textures[*index];
+                let size = texture.level_size(0);
+                let read = (!gaussian).then_some(texture);
+                let found = tex(&prepared, *width, fragment, size, read, &mut NoTap);
+                let colour = if gaussian {
+                    let (colour, points) = ewa_planar(&found, texture);
+                    row.texels += points;
+                    row.probes += 1;
+                    colour
+                } else {
+                    let levels = if found.lod.fract() == 0.0 { 1 } else { 2 };
+                    row.texels += 4 * levels * u64::from(found.probes);
+                    row.probes += u64::from(found.probes);
+                    found.color
+                };
+                row.add(request.column, request.weight, colour);
+                row.level(request.column, request.weight, found.lod);
+                for name in found.flags.names() {
+                    *row.flags.entry(name.to_string()).or_default() += 1;
+                }
+            }
+            let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
+            if gaussian {
+                for (request, ray) in asked.sky.iter().zip(&rays) {
+                    if let Some(env) = sky.trace(ray, &mut NoTap).env {
+                        let found = crate::reference::ewa_counted(&env, &cube);
+                        row.add(request.column, request.weight, found.color);
+                        row.texels += found.points;
+                        row.probes += 1;
+                    }
+                }
+            } else {
+                row.sky(&asked.sky, sky.filter(&rays, &|_| {}));
+            }
+            row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            row
+        })
+    }
+
+    /// By the float reference.
+    #[must_use]
+    pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> TexRendering {
+        self.float(settings, false, progress)
+    }
+
+    /// By the elliptical Gaussian of the float reference's covariances.
+    #[must_use]
+    pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> TexRendering {
+        self.float(settings, true, progress)
+    }
+
+    /// By real paths through the whole pixel (and lens), into level 0.
+    #[must_use]
+    pub fn truth(
+        &self,
+        settings: &Settings,
+        options: &TruthOptions,
+        progress: Progress<'_>,
+    ) -> Rendering {
+        let start = Instant::now();
+        let textures = self.planar(settings);
+        let cube = PaddedCube::new(&self.sky.levels[0]);
+        let wrap = settings.tex.wrap;
+        let turn = settings.rotation;
+        let shade = |px: f64, py: f64| {
+            let mut path = Path::default();
+            self.scene.path([px, py], [0, 1], &mut path);
+            let texture = |index: usize, st: [f64; 2]| point(&textures[index], st, wrap);
+            let sky = |d: [f64; 3]| {
+                cube.look_up(turn.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]))
+            };
+            Some(self.scene.radiance(&path, &texture, &sky))
+        };
+        let size = [self.scene.width, self.scene.height];
+        let result = supersample(size, &self.pixels(), &shade, options, progress);
+        Rendering {
+            picture: result.picture,
+            seconds: start.elapsed().as_secs_f64(),
+            probes: result.samples,
+            texels: 0,
+            flags: BTreeMap::new(),
+            standard_error: Some(result.rms_standard_error),
+            searches: None,
+        }
+    }
+
+    /// Compares every register of the first path of every pixel. The float reference starts from the width in the
+    /// integer model's cone, so that what differs is the stages behind `ray_cone`.
+    #[must_use]
+    pub fn registers(
+        &self,
+        engine: &TexEngine,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> RegisterErrors {
+        let prepared = Prepared::new(settings);
+        let textures = self.planar(settings);
+        let parts: Vec<RegisterErrors> = (0..self.scene.height)
+            .into_par_iter()
+            .map(|y| {
+                let mut errors = RegisterErrors::default();
+                let (mut mine, mut theirs) = (RtlProbe::default(), FloatProbe::default());
+                self.each_look(engine, settings, y, &mut |column, look, words, width| {
+                    mine.clear();
+                    theirs.clear();
+                    let unit = &engine.textures[look.texture];
+                    let (_, out) = unit.lanes::<1, _>(std::slice::from_ref(words), &mut mine);
+                    let texture = &textures[look.texture];
+                    let size = texture.level_size(0);
+                    let there = tex(
+                        &prepared,
+                        width,
+                        &look.fragment,
+                        size,
+                        Some(texture),
+                        &mut theirs,
+                    );
+                    let same = out.probes[0] == i64::from(there.probes);
+                    let pixel = [column, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                    errors.add(&mine, &theirs, pixel, true, same);
+                });
+                progress(to_u64(self.scene.width));
+                errors
+            })
+            .collect();
+        parts
+            .iter()
+            .fold(RegisterErrors::default(), RegisterErrors::merge)
+    }
+
+    /// The texture requests of the first path of each pixel of a row, with the integer model's cones.
+    pub fn each_look(
+        &self,
+        engine: &TexEngine,
+        settings: &Settings,
+        y: usize,
+        each: &mut dyn FnMut(usize, &Look, &TexWords, f64),
+    ) {
+        let Some(first) = engine.textures.first() else {
+            return;
+        };
+        let cfg = &first.unit.cone;
+        let mut cones = RtlCones::new(cfg, &self.scene.camera);
+        let mut path = Path::default();
+        for column in 0..self.scene.width {
+            let at = [column, y].map(|n| n as f64 + 0.5);
+            self.scene.path(at, [0, self.scene.samples], &mut path);
+            cones.ray(to_u64(
+                (y * self.scene.width + column) * self.scene.samples as usize,
+            ));
+            let lens = self.scene.camera.lens;
+            walk(
+                &mut cones,
+                &settings.tex,
+                lens,
+                &path,
+                &mut |asked, cone| {
+                    if let Asked::Look(look) = asked {
+                        let width = value(cfg.width(cone.width));
+                        each(column, look, &words(&look.fragment, cone), width);
+                    }
+                },
+            );
+        }
+    }
+}
+
+struct AskedRtl {
+    looks: Vec<Vec<Request<TexWords>>>,
+    sky: Vec<Request<HitFragment>>,
+    flags: Flags,
+    /// Seconds that the paths took.
+    paths: f64,
+}
+
+struct AskedF64 {
+    looks: Vec<Request<(usize, TexFragment, f64)>>,
+    sky: Vec<Request<HitFragment>>,
+    paths: f64,
+}
+
+/// The paths of a row: column, number of the path in the picture, path.
+fn scene_row(scene: &TexScene, y: usize, each: &mut dyn FnMut(usize, u64, &Path)) {
+    let mut path = Path::default();
+    for column in 0..scene.width {
+        let at = [column, y].map(|n| n as f64 + 0.5);
+        for sample in 0..scene.samples {
+            scene.path(at, [sample, scene.samples], &mut path);
+            let number = (y * scene.width + column) as u64 * u64::from(scene.samples);
+            each(column, number + u64::from(sample), &path);
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Paths of light through a scene of the TEX operation, in exact geometry: what they ask textures and how their cones
+//! change on the way. No engine takes part, so that every engine filters along the same paths.
+
+use super::TexScene;
+use super::shape::Contact;
+use crate::fragment::TexFragment;
+use crate::optics::{fresnel, refract};
+use crate::reference::ray_cone::Step;
+use crate::scene::dual::{cross, dot};
+
+/// What a surface does with a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finish {
+    /// Shows a texture by daylight; the path ends.
+    Lit {
+        /// Which texture.
+        texture: usize,
+    },
+    /// Reflects everything.
+    Mirror,
+    /// Reflects by Fresnel's share or refracts, one of them at random.
+    Glass {
+        /// Index of refraction.
+        index: f64,
+    },
+    /// A texture under a glaze that reflects a part.
+    Glazed {
+        /// Which texture.
+        texture: usize,
+        /// What the glaze reflects.
+        share: f64,
+        /// Whether the inner side is matt instead: it scatters what comes.
+        lined: bool,
+    },
+}
+
+/// One request to a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Which texture.
+    pub texture: usize,
+    /// The ray at the surface.
+    pub fragment: TexFragment,
+    /// Linear RGB factor of what the texture shows.
+    pub weight: f64,
+    /// Bounces before it.
+    pub bounce: u32,
+}
+
+/// What happens on a path, in order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// The cones change.
+    Step(Step),
+    /// A texture is asked.
+    Look(Look),
+    /// The path leaves for the environment in a direction.
+    Sky {
+        /// Unit vector.
+        direction: [f64; 3],
+        /// Factor of what is seen there.
+        weight: f64,
+    },
+}
+
+/// A path from the eye.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// Unit direction of its first ray.
+    pub direction: [f64; 3],
+    /// What happens on it.
+    pub events: Vec<Event>,
+}
+
+/// Least weight that a path goes on with.
+const LEAST: f64 = 1.0 / 256.0;
+/// Where the next ray starts to look, so that it does not meet its own surface again.
+const BEYOND: f64 = 1e-9;
+/// Mean reflectance of matt glaze.
+const MATT: f64 = 0.5;
+
+/// Random numbers of one path.
+#[derive(Clone, Debug)]
+pub struct Random {
+    key: u64,
+    count: u64,
+}
+
+impl Random {
+    /// The numbers of a sample of an image position.
+    #[must_use]
+    pub fn new(seed: u64, place: [f64; 2], sample: u64) -> Self {
+        let words = [seed, place[0].to_bits(), place[1].to_bits(), sample];
+        Self {
+            key: words.into_iter().fold(0, |key, word| mix(key ^ word)),
+            count: 0,
+        }
+    }
+
+    /// The next number, from 0 on and below 1.
+    pub fn next(&mut self) -> f64 {
+        self.count += 1;
+        (mix(self.key.wrapping_add(self.count)) >> 11) as f64 / 9_007_199_254_740_992.0
+    }
+}
+
+/// A bijective mixing of 64 bits (the finaliser of SplitMix64).
+fn mix(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+fn unit(a: [f64; 3]) -> [f64; 3] {
+    let length = dot(a, a).sqrt();
+    a.map(|c| c / length)
+}
+
+impl TexScene {
+    /// The path of a sample, of so many, at an image position (pixels from the top left corner).
+    pub fn path(&self, at: [f64; 2], [sample, samples]: [u32; 2], path: &mut Path) {
+        let mut random = Random::new(u64::from(sample), at, 0);
+        let (mut origin, mut direction) = self.camera.ray(at, sample, samples, &mut random);
+        path.direction = direction;
+        path.events.clear();
+        let mut weight = 1.0;
+        for bounce in 0..=self.bounces {
+            let Some((contact, finish)) = self.meet(origin, direction) else {
+                path.events.push(Event::Sky { direction, weight });
+                return;
+            };
+            let point = [0, 1, 2].map(|i| origin[i] + contact.t * direction[i]);
+            path.events.push(Event::Step(Step::Propagate(contact.t)));
+            let cosine = dot(direction, contact.normal);
+            let look = |share: f64| {
+                let (texture, (st, tangents)) = match finish {
+                    Finish::Lit { texture } | Finish::Glazed { texture, .. } => {
+                        (texture, contact.texture?)
+                    }
+                    Finish::Mirror | Finish::Glass { .. } => return None,
+                };
+                Some(Event::Look(Look {
+                    texture,
+                    fragment: TexFragment {
+                        d: direction,
+                        n: contact.normal,
+                        tangents,
+                        st,
+                    },
+                    weight: weight * share * daylight(contact.normal),
+                    bounce,
+                }))
+            };
+            match finish {
+                Finish::Lit { .. } => {
+                    path.events.extend(look(1.0));
+                    return;
+                }
+                Finish::Mirror => {
+                    path.events
+                        .push(Event::Step(Step::Reflect(contact.curvature)));
+                    direction = mirrored(direction, contact.normal, cosine);
+                }
+                Finish::Glass { index } => {
+                    direction = self.through(index, &contact, direction, &mut random, path);
+                }
+                Finish::Glazed { lined, .. } if lined && !contact.outside => {
+                    path.events.extend(look(1.0 - MATT));
+                    path.events
+                        .push(Event::Step(Step::Reflect(contact.curvature)));
+                    path.events
+                        .push(Event::Step(Step::Scatter(std::f64::consts::FRAC_1_PI)));
+                    direction = scattered(contact.normal, &mut random);
+                    weight *= MATT;
+                }
+                Finish::Glazed { share, .. } => {
+                    path.events.extend(look(1.0 - share));
+                    path.events
+                        .push(Event::Step(Step::Reflect(contact.curvature)));
+                    direction = mirrored(direction, contact.normal, cosine);
+                    weight *= share;
+                }
+            }
+            origin = point;
+            if weight < LEAST && !self.endless {
+                return;
+            }
+        }
+    }
+
+    /// The nearest contact and what its surface does.
+    fn meet(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(Contact, Finish)> {
+        let mut nearest: Option<(Contact, Finish)> = None;
+        for (shape, finish) in &self.surfaces {
+            if let Some(contact) = shape.meet(origin, direction, BEYOND)
+                && nearest.is_none_or(|(best, _)| contact.t < best.t)
+            {
+                nearest = Some((contact, *finish));
+            }
+        }
+        nearest
+    }
+
+    /// Reflection or refraction at glass, with the cones' step.
+    fn through(
+        &self,
+        index: f64,
+        contact: &Contact,
+        direction: [f64; 3],
+        random: &mut Random,
+        path: &mut Path,
+    ) -> [f64; 3] {
+        let cosine = dot(direction, contact.normal);
+        let [outside, inside] = if contact.outside {
+            [1.0, index]
+        } else {
+            [index, 1.0]
+        };
+        let bent = refract(direction, contact.normal, outside / inside);
+        match bent {
+            Some(bent) if random.next() >= fresnel(cosine.abs(), inside / outside, 0.0) => {
+                path.events.push(Event::Step(Step::Refract {
+                    curvature: contact.curvature,
+                    outside,
+                    inside,
+                }));
+                bent
+            }
+            Some(_) | None => {
+                path.events
+                    .push(Event::Step(Step::Reflect(contact.curvature)));
+                mirrored(direction, contact.normal, cosine)
+            }
+        }
+    }
+
+    /// What real rays see along one path: level 0 of the textures, the unfiltered environment.
+    #[must_use]
+    pub fn radiance(
+        &self,
+        path: &Path,
+        texture: &dyn Fn(usize, [f64; 2]) -> [f64; 3],
+        sky: &dyn Fn([f64; 3]) -> [f64; 3],
+    ) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for event in &path.events {
+            let (colour, weight) = match event {
+                Event::Step(_) => continue,
+                Event::Look(look) => (texture(look.texture, look.fragment.st), look.weight),
+                Event::Sky { direction, weight } => (sky(*direction), *weight),
+            };
+            for (sum, c) in sum.iter_mut().zip(colour) {
+                *sum += weight * c;
+            }
+        }
+        sum
+    }
+}
+
+/// Light on a surface: some from everywhere, more from above.
+fn daylight(normal: [f64; 3]) -> f64 {
+    let sun = unit([0.35, 0.85, 0.4]);
+    0.4 + 0.6 * dot(normal, sun).max(0.0)
+}
+
+fn mirrored(d: [f64; 3], n: [f64; 3], cosine: f64) -> [f64; 3] {
+    unit([0, 1, 2].map(|i| d[i] - 2.0 * cosine * n[i]))
+}
+
+/// A direction about the normal with a density of cos/π.
+fn scattered(n: [f64; 3], random: &mut Random) -> [f64; 3] {
+    let across = if n[0].abs() < 0.5 {
+        [1.0, 0.0, 0.0]
+    } else {
+        [0.0, 1.0, 0.0]
+    };
+    let a = unit(cross(n, across));
+    let b = cross(n, a);
+    let square = random.next();
+    let turn = 2.0 * std::f64::consts::PI * random.next();
+    let (radius, up) = (square.sqrt(), (1.0 - square).sqrt());
+    let (x, y) = (radius * libm::cos(turn), radius * libm::sin(turn));
+    unit([0, 1, 2].map(|i| x * a[i] + y * b[i] + up * n[i]))
+}
