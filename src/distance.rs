@@ -48,6 +48,15 @@ impl DistanceCube {
 }
 
 impl Distance {
+    /// No wall anywhere: every ray escapes.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self::Cube(DistanceCube {
+            size: 1,
+            texels: vec![f32::INFINITY; 6],
+        })
+    }
+
     /// Reads `box:HX,HY,HZ` or `sphere:R`; `None` where the text starts with neither (it is a file then).
     ///
     /// Every number must be finite and positive.

@@ -53,6 +53,29 @@ pub enum Tangents {
     },
 }
 
+impl Tangents {
+    /// ∂P/∂s and ∂P/∂t; of a triangle whose texture coordinates span no area, its edges.
+    #[must_use]
+    pub fn derivatives(&self) -> ([f64; 3], [f64; 3]) {
+        match *self {
+            Self::Surface { dp_ds, dp_dt } => (dp_ds, dp_dt),
+            Self::Triangle {
+                edges: [b, c],
+                st: [[s_b, t_b], [s_c, t_c]],
+            } => {
+                let area = s_b * t_c - s_c * t_b;
+                if area == 0.0 || !area.is_finite() {
+                    return (b, c);
+                }
+                (
+                    [0, 1, 2].map(|i| (b[i] * t_c - c[i] * t_b) / area),
+                    [0, 1, 2].map(|i| (c[i] * s_b - b[i] * s_c) / area),
+                )
+            }
+        }
+    }
+}
+
 /// One texture request's geometry, in doubles; the cone comes beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexFragment {

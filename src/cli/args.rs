@@ -37,6 +37,9 @@ pub(super) struct SceneArgs {
     /// Environment map: EXR, HDR, PNG or JPEG; lat-long or cube.
     #[arg(long, value_name = "FILE")]
     pub(super) env: Option<PathBuf>,
+    /// 2-D texture of the floor in scenes with ray cones: EXR, HDR, PNG or JPEG.
+    #[arg(long, value_name = "FILE")]
+    pub(super) texture: Option<PathBuf>,
     /// Bump map: a height map (grey) or tangent-space normals (RGB).
     #[arg(long, value_name = "FILE")]
     pub(super) bump: Option<PathBuf>,
@@ -76,10 +79,23 @@ pub(super) struct SceneArgs {
     /// Distances from the reference point for `hit` lines: box:HX,HY,HZ, sphere:R, or an EXR file
     /// (FILE.exr:CHANNEL names a channel; else `distance`, `Z` or `A`).
     #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
-    distance: Option<Option<String>>,
+    pub(super) distance: Option<Option<String>>,
 }
 
 impl SceneArgs {
+    /// Refuses `--texture` where nothing would read it.
+    pub(super) fn refuse_texture(&self) -> Result<(), InputError> {
+        match &self.texture {
+            None => Ok(()),
+            Some(_) => Err(InputError::new(
+                "--texture",
+                "a scene with ray cones",
+                "one that has no 2-D texture",
+                "leave it out, or choose convex, concave, thin-lens or vases",
+            )),
+        }
+    }
+
     /// Refuses `--distance` where nothing would read it.
     pub(super) fn refuse_distance(&self) -> Result<(), InputError> {
         if self.distance.is_none() {

@@ -197,7 +197,7 @@ fn render_all(
         let bar = Bar::new(rung.name(), job.total(*rung));
         let progress = |n| bar.add(n);
         let rendering = match (rung, &rtl) {
-            (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, &progress),
+            (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
             _ => job.render_float(*rung, settings, &options, &progress),
         };
         renderings.extend(rendering.map(|r| (*rung, r)));

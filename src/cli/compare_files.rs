@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::Failure;
 use super::compare::{Args, Results};
-use super::job::{HIT_PICTURES, Job};
+use super::job::{Job, extra_pictures};
 use super::output::Origin;
 use crate::engine::Rung;
 use crate::error::InputError;
@@ -16,7 +16,6 @@ use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
 use crate::report::error_map::{error_map, mosaic};
 use crate::report::html;
-use crate::scene::hit::is_hit_scene;
 use crate::settings::Settings;
 
 /// The files of `--out`, all created before the work starts.
@@ -24,8 +23,8 @@ pub(super) struct OutFiles {
     engines: Vec<(Rung, WholeFile, WholeFile)>,
     maps: Vec<(Rung, Rung, WholeFile)>,
     row: Option<WholeFile>,
-    /// Those of [`HIT_PICTURES`].
-    hit: Vec<(&'static str, WholeFile)>,
+    /// Those of [`extra_pictures`].
+    extra: Vec<(&'static str, WholeFile)>,
     report: WholeFile,
     /// Last, so that it is dropped after the temporaries in it.
     folder: OutputFolder,
@@ -34,7 +33,6 @@ pub(super) struct OutFiles {
 impl OutFiles {
     /// Makes the folder and a temporary for each file of these engines.
     pub(super) fn create(folder: &Path, rungs: &[Rung], scene: &str) -> Result<Self, InputError> {
-        let hit = is_hit_scene(scene);
         let made = OutputFolder::create(folder).map_err(|e| {
             InputError::new(
                 folder.display().to_string(),
@@ -59,16 +57,8 @@ impl OutFiles {
             }
         }
         let mut pictures = Vec::new();
-        let searched = rungs.contains(&Rung::Rtl) || rungs.contains(&Rung::F64);
-        for name in HIT_PICTURES.into_iter().filter(|_| hit) {
-            let there = match name {
-                "iterations" => searched,
-                "lightmap" => scene == "glass",
-                _ => true,
-            };
-            if there {
-                pictures.push((name, file(format!("{name}.png"))?));
-            }
+        for name in extra_pictures(scene, rungs) {
+            pictures.push((name, file(format!("{name}.png"))?));
         }
         let both = rungs.contains(&Rung::Rtl) && rungs.contains(&Rung::F64);
         Ok(Self {
@@ -79,7 +69,7 @@ impl OutFiles {
             } else {
                 None
             },
-            hit: pictures,
+            extra: pictures,
             report: file("report.html".into())?,
             folder: made,
         })
@@ -150,18 +140,18 @@ impl OutFiles {
             let bytes = png(&row, exposure, &origin.attributes(&args.scene))?;
             done.push(put(file, &bytes)?);
         }
-        let found = results.get(Rung::F64).or_else(|| results.get(Rung::Rtl));
-        let made = job.hit_pictures(
+        let made = job.extra(
             settings,
-            found,
+            [Rung::Rtl, Rung::F64].map(|rung| results.get(rung)),
             results.get(Rung::Truth),
             results.caustics.as_ref(),
         );
-        for (name, file) in self.hit {
+        for (name, file) in self.extra {
             let Some((_, picture)) = made.iter().find(|(n, _)| *n == name) else {
                 continue;
             };
-            let shown = if name == "iterations" { 0.0 } else { exposure };
+            let data = ["iterations", "levels", "tiles"].contains(&name);
+            let shown = if data { 0.0 } else { exposure };
             let attributes = origin.attributes(&format!("{}, {name}", args.scene));
             let bytes = png(picture, shown, &attributes)?;
             done.push(put(file, &bytes)?);

@@ -80,6 +80,15 @@ pub(super) fn to_json(
             });
             map.insert("hit".into(), hit);
         }
+        let tiles = r.texture_use.as_ref().map(|u| &u.tiles);
+        if let (Some(tiles), Some(map)) = (tiles.filter(|t| !t.is_empty()), engine.as_object_mut())
+        {
+            let by: Vec<Value> = tiles
+                .iter()
+                .map(|t| json!({"total": t.total(), "by_level": t.counts()}))
+                .collect();
+            map.insert("tiles".into(), json!(by));
+        }
         engines.insert(rung.name().into(), engine);
     }
     root.insert("engines".into(), Value::Object(engines));
@@ -108,6 +117,24 @@ pub(super) fn to_json(
     root.insert("skipped".into(), Value::Array(skipped));
     root.insert("adapter".into(), Value::Null);
     Value::Object(root)
+}
+
+/// Touched tiles of 64 × 64 texels, texture by texture.
+fn print_tiles(out: &mut impl std::io::Write, results: &Results) -> Result<(), Failure> {
+    for (rung, r) in &results.renderings {
+        let tiles = r.texture_use.iter().flat_map(|u| &u.tiles);
+        for (index, tiles) in tiles.enumerate() {
+            let by: Vec<String> = tiles.counts().iter().map(ToString::to_string).collect();
+            writeln!(
+                out,
+                "{}: texture {index}: {} tiles of 64x64 texels ({} by level)",
+                rung.name(),
+                count(to_u64(tiles.total())),
+                by.join(" ")
+            )?;
+        }
+    }
+    Ok(())
 }
 
 /// The ladder's name of a caustic's maker: `truth` is real rays.
@@ -269,6 +296,7 @@ pub(super) fn print_tables(
     }
     writeln!(out, "{speed}")?;
     print_searches(&mut out, results)?;
+    print_tiles(&mut out, results)?;
     if let Some(caustics) = &results.caustics {
         print_caustic(&mut out, caustics)?;
     }

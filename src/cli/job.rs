@@ -9,12 +9,13 @@ use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
+use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
 use crate::error::InputError;
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
 use crate::scene::world::light::WallMap;
-use crate::scene::{SceneOptions, hit};
+use crate::scene::{SceneOptions, hit, tex};
 use crate::settings::Settings;
 use crate::srgb::srgb_decode;
 use crate::truth::TruthOptions;
@@ -26,17 +27,45 @@ pub(super) enum Job {
     Env(Box<Subject>),
     /// Rays against an impostor.
     Hit(Box<HitSubject>),
+    /// Paths with ray cones.
+    Tex(Box<TexSubject>),
 }
 
 /// The integer model, compiled for a job.
 pub(super) enum Rtl {
     Env(Box<RtlEngine>),
     Hit(Box<HitRtl>),
+    Tex(Box<TexEngine>),
 }
 
 /// The pictures beside the engines' own that `--out` writes for scenes of the HIT operation, the last one where
 /// there is a caustic.
 pub(super) const HIT_PICTURES: [&str; 4] = ["classic", "views", "iterations", "lightmap"];
+
+/// The pictures that `--out` writes for scenes of the TEX operation: the levels of detail in colours, and the tiles of
+/// the first texture that the integer model touched.
+pub(super) const TEX_PICTURES: [&str; 2] = ["levels", "tiles"];
+
+/// The pictures beside the engines' own that a scene has when these engines run.
+pub(super) fn extra_pictures(scene: &str, rungs: &[Rung]) -> Vec<&'static str> {
+    let filtered = rungs.contains(&Rung::Rtl) || rungs.contains(&Rung::F64);
+    if tex::is_tex_scene(scene) {
+        let there = |name: &&str| match *name {
+            "levels" => filtered,
+            _ => rungs.contains(&Rung::Rtl),
+        };
+        return TEX_PICTURES.into_iter().filter(there).collect();
+    }
+    if !hit::is_hit_scene(scene) {
+        return Vec::new();
+    }
+    let there = |name: &&str| match *name {
+        "iterations" => filtered,
+        "lightmap" => scene == "glass",
+        _ => true,
+    };
+    HIT_PICTURES.into_iter().filter(there).collect()
+}
 
 /// The scene's caustic by those engines that search, and by real rays.
 pub(super) struct Caustics {
@@ -89,6 +118,11 @@ impl Job {
         args: &SceneArgs,
         settings: &Settings,
     ) -> Result<Self, InputError> {
+        if tex::is_tex_scene(name) {
+            args.refuse_distance()?;
+            return Self::load_tex(name, args);
+        }
+        args.refuse_texture()?;
         if !hit::is_hit_scene(name) {
             args.refuse_distance()?;
             return Ok(Self::Env(Box::new(subject::load(name, args, settings)?)));
@@ -116,11 +150,30 @@ impl Job {
         Ok(Self::Hit(Box::new(subject)))
     }
 
+    fn load_tex(name: &str, args: &SceneArgs) -> Result<Self, InputError> {
+        subject::check_exposure(args.exposure)?;
+        let options = SceneOptions {
+            width: args.size.0,
+            height: args.size.1,
+            face_size: args.face_size,
+            bump: subject::load_bump(args)?,
+            mesh: args.mesh.clone(),
+        };
+        let floor = subject::load_texture(args)?;
+        let scene = tex::build(name, &options, floor)?;
+        for note in &scene.notes {
+            super::note(note);
+        }
+        let sky = subject::load_sky(args)?;
+        Ok(Self::Tex(Box::new(TexSubject::new(scene, sky))))
+    }
+
     /// Columns and rows.
     pub(super) fn size(&self) -> [usize; 2] {
         match self {
             Self::Env(s) => [s.scene.width, s.scene.height],
             Self::Hit(s) => [s.scene.width, s.scene.height],
+            Self::Tex(s) => [s.scene.width, s.scene.height],
         }
     }
 
@@ -129,6 +182,7 @@ impl Job {
         match self {
             Self::Env(s) => s.scene.fragments.len(),
             Self::Hit(s) => s.scene.rays.len(),
+            Self::Tex(s) => usize::try_from(s.requests).unwrap_or(usize::MAX),
         }
     }
 
@@ -136,6 +190,7 @@ impl Job {
     pub(super) fn total(&self, rung: Rung) -> u64 {
         match self {
             Self::Hit(s) if rung == Rung::Truth => to_u64(s.scene.pixels().len()),
+            Self::Tex(s) => to_u64(s.scene.width * s.scene.height),
             Self::Env(_) | Self::Hit(_) => to_u64(self.fragments()),
         }
     }
@@ -145,6 +200,7 @@ impl Job {
         match self {
             Self::Env(s) => &s.map,
             Self::Hit(s) => &s.map,
+            Self::Tex(s) => &s.sky,
         }
     }
 
@@ -153,6 +209,7 @@ impl Job {
         match self {
             Self::Env(_) => "procedural environment",
             Self::Hit(_) => "the world's impostor",
+            Self::Tex(_) => "procedural textures, procedural environment",
         }
     }
 
@@ -166,15 +223,22 @@ impl Job {
                 Some(&s.map),
                 s.map.size(),
             )?)),
+            Self::Tex(s) => Rtl::Tex(Box::new(TexEngine::new(spec, s)?)),
         })
     }
 
     /// Renders by the integer model.
-    pub(super) fn render_rtl(&self, rtl: &Rtl, progress: Progress<'_>) -> Option<Rendering> {
+    pub(super) fn render_rtl(
+        &self,
+        rtl: &Rtl,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Option<Rendering> {
         match (self, rtl) {
             (Self::Env(s), Rtl::Env(engine)) => Some(engine.render(s, progress)),
             (Self::Hit(s), Rtl::Hit(engine)) => Some(s.rtl(engine, progress)),
-            (Self::Env(_), Rtl::Hit(_)) | (Self::Hit(_), Rtl::Env(_)) => None,
+            (Self::Tex(s), Rtl::Tex(engine)) => Some(s.rtl(engine, settings, progress)),
+            (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => None,
         }
     }
 
@@ -198,6 +262,9 @@ impl Job {
             (Self::Hit(s), Rung::F64) => Some(s.f64(&settings, progress)),
             (Self::Hit(s), Rung::Ewa) => Some(s.ewa(&settings, progress)),
             (Self::Hit(s), Rung::Truth) => Some(s.truth(options, progress)),
+            (Self::Tex(s), Rung::F64) => Some(s.f64(&settings, progress)),
+            (Self::Tex(s), Rung::Ewa) => Some(s.ewa(&settings, progress)),
+            (Self::Tex(s), Rung::Truth) => Some(s.truth(&settings, options, progress)),
         }
     }
 
@@ -211,7 +278,8 @@ impl Job {
         match (self, rtl) {
             (Self::Env(s), Rtl::Env(e)) => Some(registers::compare(e, settings, s, progress)),
             (Self::Hit(s), Rtl::Hit(e)) => Some(s.registers(e, settings, progress)),
-            (Self::Env(_), Rtl::Hit(_)) | (Self::Hit(_), Rtl::Env(_)) => None,
+            (Self::Tex(s), Rtl::Tex(e)) => Some(s.registers(e, settings, progress)),
+            (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => None,
         }
     }
 
@@ -241,9 +309,30 @@ impl Job {
         })
     }
 
+    /// The pictures of [`extra_pictures`]. `filtered` is by the float reference, else by the integer model.
+    pub(super) fn extra(
+        &self,
+        settings: &Settings,
+        [rtl, f64]: [Option<&Rendering>; 2],
+        truth: Option<&Rendering>,
+        caustics: Option<&Caustics>,
+    ) -> Vec<(&'static str, Picture)> {
+        match self {
+            Self::Env(_) => Vec::new(),
+            Self::Hit(_) => self.hit_pictures(settings, f64.or(rtl), truth, caustics),
+            Self::Tex(_) => {
+                let [rtl, f64] = [rtl, f64].map(|r| r.and_then(|r| r.texture_use.as_ref()));
+                let levels = rtl.or(f64).map(|u| (TEX_PICTURES[0], u.levels.clone()));
+                let tiles = rtl.and_then(|u| u.tiles.first());
+                let tiles = tiles.map(|t| (TEX_PICTURES[1], t.picture()));
+                levels.into_iter().chain(tiles).collect()
+            }
+        }
+    }
+
     /// The pictures of [`HIT_PICTURES`]: the look-up by R alone; that, the hit and real rays side by side; the
     /// look-ups of each pixel's first ray. `hit` is by the float reference, else by the integer model.
-    pub(super) fn hit_pictures(
+    fn hit_pictures(
         &self,
         settings: &Settings,
         hit: Option<&Rendering>,

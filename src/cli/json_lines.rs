@@ -5,7 +5,7 @@ use serde_json::error::Category;
 use serde_json::value::RawValue;
 
 use crate::error::InputError;
-use crate::fragment::{Fragment, HitFragment};
+use crate::fragment::{Fragment, HitFragment, TexFragment};
 
 /// A line as it came: keys in order, values letter by letter.
 #[derive(Debug)]
@@ -92,6 +92,8 @@ pub(super) enum Op {
     Env(Fragment),
     /// Find where a ray meets a distance map.
     Hit(HitFragment),
+    /// A cone's footprint on a textured surface.
+    Tex(TexFragment, [f64; 2]),
 }
 
 /// Keys of a `hit` line beside `id` and `out`.

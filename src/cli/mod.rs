@@ -6,6 +6,7 @@ mod bump_file;
 mod compare;
 mod compare_files;
 mod compare_tables;
+mod cones;
 mod diff;
 mod diff_results;
 mod impostor;
@@ -116,6 +117,8 @@ enum Command {
     Size(Later),
     /// Write a scene's distance impostor, or study what it is good for.
     Impostor(impostor::Args),
+    /// Study ray cones: tiles, formats, the constant gradient on a cube map.
+    Cones(cones::Args),
     /// Conformance suites (not built yet).
     Conform(Later),
     /// Error budgets (not built yet).
@@ -161,6 +164,7 @@ pub fn run() -> ExitCode {
         Command::Study(rest) => later("study", rest),
         Command::Size(rest) => later("size", rest),
         Command::Impostor(args) => impostor::run(args),
+        Command::Cones(args) => cones::run(args),
         Command::Conform(rest) => later("conform", rest),
         Command::Budget(rest) => later("budget", rest),
         Command::Fingerprint(rest) => later("fingerprint", rest),

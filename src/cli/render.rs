@@ -60,7 +60,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
     let rendering = if args.engine == Rung::Rtl {
-        job.render_rtl(&job.rtl(&spec)?, &progress)
+        job.render_rtl(&job.rtl(&spec)?, &settings, &progress)
     } else {
         let options = TruthOptions::default();
         job.render_float(args.engine, &settings, &options, &progress)

@@ -9,6 +9,7 @@ use super::Failure;
 use super::output::JsonTarget;
 use crate::scene::SCENES;
 use crate::scene::hit::HIT_SCENES;
+use crate::scene::tex::TEX_SCENES;
 use crate::stage::Stage;
 
 #[derive(Debug, clap::Args)]
@@ -22,7 +23,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let target = JsonTarget::open(args.json.as_deref())?;
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
-        for scene in SCENES.iter().chain(HIT_SCENES) {
+        for scene in SCENES.iter().chain(HIT_SCENES).chain(TEX_SCENES) {
             writeln!(out, "{}: {}", scene.name, scene.description)?;
             writeln!(out, "    operations: {}", scene.operations.join(" "))?;
             let names: Vec<&str> = scene.stages.iter().map(|s| s.name()).collect();
@@ -45,6 +46,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let list: Vec<_> = SCENES
         .iter()
         .chain(HIT_SCENES)
+        .chain(TEX_SCENES)
         .map(|s| {
             let stages: Vec<&str> = s.stages.iter().map(|s| s.name()).collect();
             json!({"name": s.name, "description": s.description, "operations": s.operations, "stages": stages})

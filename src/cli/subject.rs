@@ -5,10 +5,12 @@ use super::bump_file;
 use crate::cube::CubeMap;
 use crate::engine::Subject;
 use crate::error::InputError;
+use crate::image;
 use crate::image::load::{LoadOptions, load_environment};
 use crate::image::mips::build_mips;
+use crate::planar::PlanarMap;
 use crate::scene::bump::BumpSource;
-use crate::scene::{self, SceneOptions};
+use crate::scene::{self, DEFAULT_FACE_SIZE, SceneOptions, environment};
 use crate::settings::Settings;
 use crate::truth::background;
 
@@ -47,6 +49,32 @@ pub(super) fn load_map(args: &SceneArgs) -> Result<Option<CubeMap>, InputError> 
         super::note(&note);
     }
     Ok(Some(map))
+}
+
+/// The 2-D texture that was named.
+pub(super) fn load_texture(args: &SceneArgs) -> Result<Option<PlanarMap>, InputError> {
+    let Some(path) = &args.texture else {
+        return Ok(None);
+    };
+    let options = LoadOptions {
+        max_image_mb: args.max_image_mb,
+        face_size: None,
+    };
+    let (map, cleaned) = image::load::load_texture(path, &options)?;
+    if let Some(note) = cleaned.note(&path.display().to_string()) {
+        super::note(&note);
+    }
+    Ok(Some(map))
+}
+
+/// The environment of a scene with ray cones: the file's own size, or the procedural one of the default size.
+pub(super) fn load_sky(args: &SceneArgs) -> Result<CubeMap, InputError> {
+    let args = SceneArgs {
+        face_size: None,
+        ..args.clone()
+    };
+    let procedural = || build_mips(environment::procedural(DEFAULT_FACE_SIZE));
+    Ok(load_map(&args)?.unwrap_or_else(procedural))
 }
 
 /// Loads and builds what the flags ask for; warnings go to stderr.

@@ -20,8 +20,10 @@ use crate::engine::probe::{Code, RtlProbe, rtl};
 use crate::engine::tex::TexRtl;
 use crate::error::InputError;
 use crate::fragment::Fragment;
+use crate::planar::PlanarMap;
 use crate::reference::{self, Env, NoTap, Prepared};
 use crate::scene::hit::is_hit_scene;
+use crate::scene::tex::is_tex_scene;
 use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
 
@@ -296,11 +298,16 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         .into());
     }
     // A scene of the HIT operation brings its distances; those of a flag go before them.
+    let mut texture_size = subject::load_texture(&args.scene_args)?.map(|t| t.size());
     let (map, distance) = match &args.scene {
-        Some(scene) if is_hit_scene(scene) => {
+        Some(scene) if is_hit_scene(scene) || is_tex_scene(scene) => {
             match Job::load(scene, &args.scene_args, &args.run.settings(&spec))? {
                 Job::Env(subject) => (Some(subject.map), None),
                 Job::Hit(subject) => (Some(subject.map), Some(subject.distance)),
+                Job::Tex(subject) => {
+                    texture_size = subject.scene.textures.first().map(PlanarMap::size);
+                    (Some(subject.sky), None)
+                }
             }
         }
         Some(scene) => {
@@ -320,6 +327,9 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
     ));
     let mut tracer = Tracer::new(args, spec, map, face_size)?;
     tracer.distance = distance;
+    if let Some(size) = texture_size {
+        tracer.texture_size = size;
+    }
     let mut reader = BufReader::new(reader);
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut bytes = Vec::new();
@@ -415,6 +425,7 @@ fn one(
     let out = match op {
         Op::Env(fragment) => tracer.out(&fragment)?,
         Op::Hit(ray) => trace_hit::out(tracer, &ray).map_err(|e| e.at(format!("line {number}")))?,
+        Op::Tex(fragment, cone) => trace_tex::out(tracer, &fragment, cone)?,
     };
     Ok(Some(line.with_out(&out)))
 }

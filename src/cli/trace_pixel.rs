@@ -3,24 +3,28 @@
 use std::io::{IsTerminal as _, Write as _};
 
 use rtl_model::Unit;
+use rtl_model::fx::Flags;
 use rtl_model::regs::Reg;
 use serde_json::{Map, Value, json};
 
 use super::job::Job;
 use super::json_lines::Op;
 use super::trace::{Args, TraceEngine, Tracer};
-use super::{Failure, trace_hit};
+use super::{Failure, trace_hit, trace_tex};
 use crate::cube::{CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::HitSubject;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
 use crate::engine::registers::error_lsb;
+use crate::engine::tex::{value, words};
+use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Subject, encode};
 use crate::error::InputError;
-use crate::fragment::Fragment;
-use crate::reference::{Prepared, Texture, env};
+use crate::fragment::{Fragment, Tangents, TexFragment};
+use crate::reference::{PlanarTexture, Prepared, Texture, env, tex};
 use crate::report::table::{Align, Table, significant};
+use crate::scene::tex::path::Look;
 use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
 
@@ -38,6 +42,7 @@ struct Traced {
     closing: String,
     map: CubeMap,
     distance: Option<Distance>,
+    texture_size: Option<[usize; 2]>,
 }
 
 fn no_surface((x, y): (u32, u32)) -> InputError {
@@ -95,6 +100,7 @@ fn trace_env(
         ),
         map: subject.map,
         distance: None,
+        texture_size: None,
     })
 }
 
@@ -145,6 +151,79 @@ fn trace_ray(
             ),
         map: subject.map,
         distance: Some(subject.distance),
+        texture_size: None,
+    })
+}
+
+/// The first texture request of a pixel.
+fn trace_look(
+    subject: TexSubject,
+    spec: &UnitSpec,
+    settings: &Settings,
+    (x, y): (u32, u32),
+) -> Result<Traced, InputError> {
+    let engine = TexEngine::new(spec, &subject)?;
+    let [column, row] = [x, y].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+    let mut found: Option<(Look, [f64; 2])> = None;
+    subject.each_look(&engine, settings, row, &mut |at, look, words, width| {
+        if at == column && found.is_none() {
+            let unit = &engine.textures[look.texture];
+            found = Some((
+                *look,
+                [value(unit.unit.cone.angle(words.cone.angle)), width],
+            ));
+        }
+    });
+    let Some((look, cone)) = found else {
+        return Err(no_surface((x, y)));
+    };
+    // A line has derivatives; those of a triangle follow from its corners.
+    let (dp_ds, dp_dt) = look.fragment.tangents.derivatives();
+    let fragment = TexFragment {
+        tangents: Tangents::Surface { dp_ds, dp_dt },
+        ..look.fragment
+    };
+    let unit = &engine.textures[look.texture];
+    let cfg = &unit.unit.cone;
+    let mut flags = Flags::default();
+    let loaded = cfg.load(cone.map(f64::to_bits), &mut cfg.dither(0), &mut flags);
+    let mut mine = RtlProbe::default();
+    let (_, out) = unit.lanes::<1, _>(&[words(&fragment, loaded)], &mut mine);
+    let texture = PlanarTexture::new(&subject.scene.textures[look.texture], settings.tex.wrap);
+    let mut theirs = FloatProbe::default();
+    let there = tex(
+        &Prepared::new(settings),
+        cone[1],
+        &fragment,
+        texture.level_size(0),
+        Some(&texture),
+        &mut theirs,
+    );
+    let names: Vec<&str> = there.flags.names().collect();
+    let mut entries = Map::new();
+    entries.insert("op".into(), json!("tex"));
+    entries.insert("cone".into(), json!(cone));
+    entries.insert("d".into(), json!(fragment.d));
+    entries.insert("n".into(), json!(fragment.n));
+    entries.insert("dp_ds".into(), json!(dp_ds));
+    entries.insert("dp_dt".into(), json!(dp_dt));
+    let probes = u32::try_from(out.probes[0]).unwrap_or(0);
+    Ok(Traced {
+        entries,
+        op: Op::Tex(fragment, cone),
+        mine,
+        theirs,
+        closing: format!(
+            "texture {}, {} bounces before; probes {probes} / {}, flags [{}] / [{}]",
+            look.texture,
+            look.bounce,
+            there.probes,
+            unit.flags(&out, 0).join(" "),
+            names.join(" ")
+        ),
+        texture_size: Some(subject.scene.textures[look.texture].size()),
+        map: subject.sky,
+        distance: None,
     })
 }
 
@@ -170,6 +249,7 @@ pub(super) fn run(
     let traced = match job {
         Job::Env(subject) => trace_env(*subject, &spec, &settings, (x, y))?,
         Job::Hit(subject) => trace_ray(*subject, &spec, &settings, (x, y))?,
+        Job::Tex(subject) => trace_look(*subject, &spec, &settings, (x, y))?,
     };
     let (mine, theirs) = (&traced.mine, &traced.theirs);
 
@@ -178,10 +258,14 @@ pub(super) fn run(
         let hash = spec.hash();
         let mut tracer = Tracer::new(args, spec, Some(traced.map), 1)?;
         tracer.distance = traced.distance;
+        if let Some(size) = traced.texture_size {
+            tracer.texture_size = size;
+        }
         let mut object = traced.entries;
         let mut fields = match &traced.op {
             Op::Env(fragment) => tracer.out(fragment)?,
             Op::Hit(ray) => trace_hit::out(&mut tracer, ray)?,
+            Op::Tex(fragment, cone) => trace_tex::out(&mut tracer, fragment, *cone)?,
         };
         fields.insert("registers".into(), registers(args, mine, theirs));
         fields.insert("version".into(), json!(env!("CARGO_PKG_VERSION")));

@@ -61,11 +61,24 @@ pub(super) fn answer(
         return Ok(None);
     };
     let request = read(&line, subject, number)?;
-    let out = match tracer.engine {
-        TraceEngine::Rtl => by_rtl(tracer, &request)?,
-        TraceEngine::F64 => by_f64(tracer, &request),
-    };
+    let out = out(tracer, &request.fragment, request.cone)?;
     Ok(Some(line.with_out(&out)))
+}
+
+/// The `out` object of a request.
+pub(super) fn out(
+    tracer: &mut Tracer,
+    fragment: &TexFragment,
+    cone: [f64; 2],
+) -> Result<Map<String, Value>, InputError> {
+    let request = Request {
+        fragment: *fragment,
+        cone,
+    };
+    match tracer.engine {
+        TraceEngine::Rtl => by_rtl(tracer, &request),
+        TraceEngine::F64 => Ok(by_f64(tracer, &request)),
+    }
 }
 
 fn by_rtl(tracer: &mut Tracer, request: &Request) -> Result<Map<String, Value>, InputError> {

@@ -88,6 +88,7 @@ fn per_fragment(
         flags: whole.flags,
         standard_error: None,
         searches: None,
+        texture_use: None,
     }
 }
 
@@ -163,6 +164,7 @@ impl Engine for TruthEngine {
             flags: BTreeMap::new(),
             standard_error: Some(result.rms_standard_error),
             searches: None,
+            texture_use: None,
         }
     }
 }

@@ -202,6 +202,7 @@ impl HitSubject {
             flags,
             standard_error: None,
             searches: Some(Searches::of(&results)),
+            texture_use: None,
         }
     }
 
@@ -274,6 +275,7 @@ impl HitSubject {
             flags: BTreeMap::new(),
             standard_error: None,
             searches: None,
+            texture_use: None,
         }
     }
 
@@ -315,6 +317,7 @@ impl HitSubject {
             flags: BTreeMap::new(),
             standard_error: Some(result.rms_standard_error),
             searches: None,
+            texture_use: None,
         }
     }
 

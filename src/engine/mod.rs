@@ -117,6 +117,17 @@ pub struct Rendering {
     pub standard_error: Option<f64>,
     /// How the searches of the HIT operation ended, where the engine searches.
     pub searches: Option<Searches>,
+    /// What was asked of 2-D textures, where the scene has some and the engine filters.
+    pub texture_use: Option<TextureUse>,
+}
+
+/// Levels and tiles that the requests to a scene's 2-D textures took.
+#[derive(Clone, Debug)]
+pub struct TextureUse {
+    /// Levels of detail in colours, each pixel's requests by their weight.
+    pub levels: Picture,
+    /// Touched tiles of each texture; empty for engines that do not address texels.
+    pub tiles: Vec<tiles::Tiles>,
 }
 
 /// How the searches of many rays ended.

@@ -170,6 +170,7 @@ impl Engine for RtlEngine {
             flags: filtered.flag_names(&self.config),
             standard_error: None,
             searches: None,
+            texture_use: None,
         }
     }
 }

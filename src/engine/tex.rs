@@ -6,7 +6,7 @@ use rtl_model::texture::PlanarSource;
 use rtl_model::unit::{Results, Tangents as WordTangents, TexState, TexUnit, TexWords};
 use rtl_model::{Config, ConfigError, NoTap, NoTapStandard, Tap, Texture};
 
-use super::dispatch::{self, LANES, Level, Task};
+use super::dispatch::LANES;
 use super::probe::to_f64;
 use super::rtl::overflow_name;
 use crate::error::InputError;
@@ -88,8 +88,6 @@ pub struct TexRtl {
     pub texture: Option<Texture>,
     /// The configuration that both were made from.
     pub config: Config,
-    /// Instructions that blocks run under.
-    pub level: Level,
 }
 
 impl TexRtl {
@@ -108,22 +106,47 @@ impl TexRtl {
             unit: TexUnit::new(&spec.config, size).map_err(refused)?,
             texture: None,
             config: spec.config.clone(),
-            level: Level::detect(),
         })
     }
 
     /// Runs blocks of requests; `each` gets the state of a block, its results and how many of its lanes are in use.
+    ///
+    /// Cones and `surface_footprint` work lane by lane, so that wider vectors would gain little here.
     pub fn blocks(
         &self,
         requests: &[TexWords],
-        each: impl FnMut(&TexState<LANES>, &Results<LANES>, usize),
+        mut each: impl FnMut(&TexState<LANES>, &Results<LANES>, usize),
     ) {
-        let blocks = Blocks {
-            engine: self,
-            requests,
-            each,
-        };
-        dispatch::run(self.level, blocks);
+        let (mut state, mut out) = (TexState::default(), Results::default());
+        let texture = self.texture.as_ref();
+        for requests in requests.chunks(LANES) {
+            let (state, out) = (&mut state, &mut out);
+            self.run(requests, texture, state, out);
+            each(state, out, requests.len());
+        }
+    }
+
+    /// The stages up to the addresses, for one request.
+    #[must_use]
+    pub fn address(&self, request: &[TexWords; 1]) -> (TexState<LANES>, Results<LANES>) {
+        let (mut state, mut out) = (TexState::default(), Results::default());
+        self.run(request, None, &mut state, &mut out);
+        (state, out)
+    }
+
+    fn run(
+        &self,
+        requests: &[TexWords],
+        texture: Option<&Texture>,
+        state: &mut TexState<LANES>,
+        out: &mut Results<LANES>,
+    ) {
+        if self.unit.is_standard() {
+            let tap = &mut NoTapStandard;
+            self.unit.run(requests, texture, state, out, tap);
+        } else {
+            self.unit.run(requests, texture, state, out, &mut NoTap);
+        }
     }
 
     /// Runs up to `N` requests as one block.
@@ -166,33 +189,5 @@ impl TexRtl {
             .map(|reg| overflow_name(&self.config, *reg))
             .chain(events.map(|event| event.name().to_string()))
             .collect()
-    }
-}
-
-/// Blocks of requests through the whole unit.
-struct Blocks<'a, F> {
-    engine: &'a TexRtl,
-    requests: &'a [TexWords],
-    each: F,
-}
-
-impl<F: FnMut(&TexState<LANES>, &Results<LANES>, usize)> Task for Blocks<'_, F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(mut self) {
-        let engine = self.engine;
-        let (mut state, mut out) = (TexState::default(), Results::default());
-        let texture = engine.texture.as_ref();
-        for requests in self.requests.chunks(LANES) {
-            let (state, out) = (&mut state, &mut out);
-            if engine.unit.is_standard() {
-                let tap = &mut NoTapStandard;
-                engine.unit.run(requests, texture, state, out, tap);
-            } else {
-                engine.unit.run(requests, texture, state, out, &mut NoTap);
-            }
-            (self.each)(state, out, requests.len());
-        }
     }
 }

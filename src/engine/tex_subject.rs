@@ -14,7 +14,7 @@ use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::tex::{TexRtl, value, words};
 use super::tiles::{Tiles, level_colour};
-use super::{Progress, Rendering, to_u64};
+use super::{Progress, Rendering, TextureUse, to_u64};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::error::InputError;
@@ -47,17 +47,6 @@ pub struct TexEngine {
     pub textures: Vec<TexRtl>,
     /// The unit for the environment: a hit with no wall is a bare cone.
     pub sky: HitRtl,
-}
-
-/// A picture, what it took, and what it asked of the textures' memory.
-#[derive(Clone, Debug)]
-pub struct TexRendering {
-    /// Colours, probes, texels, flags.
-    pub rendering: Rendering,
-    /// Levels of detail in colours, each pixel's requests by their weight.
-    pub levels: Picture,
-    /// Touched tiles of each texture; empty for engines that read none.
-    pub tiles: Vec<Tiles>,
 }
 
 /// One request of a row: its pixel's column, its weight, and what is asked.
@@ -136,7 +125,7 @@ impl TexEngine {
                 .collect::<Result<_, _>>()?,
             sky: HitRtl::new(
                 spec,
-                &Distance::Sphere(f64::INFINITY),
+                &Distance::nothing(),
                 Some(&subject.sky),
                 subject.sky.size(),
             )?,
@@ -178,7 +167,7 @@ impl TexSubject {
     }
 
     /// Rows in parallel, put together in order.
-    fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> TexRendering {
+    fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> Rendering {
         let start = Instant::now();
         let (width, height) = (self.scene.width, self.scene.height);
         let rows: Vec<Row> = (0..height)
@@ -190,27 +179,17 @@ impl TexSubject {
             })
             .collect();
         let wall = start.elapsed().as_secs_f64();
-        let mut out = TexRendering {
-            rendering: Rendering {
-                picture: Picture::new(width, height),
-                seconds: wall,
-                probes: 0,
-                texels: 0,
-                flags: BTreeMap::new(),
-                standard_error: None,
-                searches: None,
-            },
-            levels: Picture::new(width, height),
-            tiles: Vec::new(),
-        };
-        out.rendering.picture.covered.fill(true);
-        out.levels.covered.fill(true);
+        let mut picture = Picture::new(width, height);
+        let mut levels = Picture::new(width, height);
+        picture.covered.fill(true);
+        levels.covered.fill(true);
+        let (mut probes, mut texels, mut flags) = (0, 0, BTreeMap::new());
+        let mut tiles: Vec<Tiles> = Vec::new();
         let mut times = [0.0; 2];
         for (y, row) in rows.into_iter().enumerate() {
-            let r = &mut out.rendering;
-            r.picture.rgb[y * width..(y + 1) * width].copy_from_slice(&row.rgb);
+            picture.rgb[y * width..(y + 1) * width].copy_from_slice(&row.rgb);
             for (to, [red, green, blue, weight]) in
-                out.levels.rgb[y * width..].iter_mut().zip(row.levels)
+                levels.rgb[y * width..].iter_mut().zip(row.levels)
             {
                 *to = if weight > 0.0 {
                     [red, green, blue].map(|c| c / weight)
@@ -218,15 +197,15 @@ impl TexSubject {
                     [0.02; 3]
                 };
             }
-            r.probes += row.probes;
-            r.texels += row.texels;
+            probes += row.probes;
+            texels += row.texels;
             for (name, n) in row.flags {
-                *r.flags.entry(name).or_default() += n;
+                *flags.entry(name).or_default() += n;
             }
-            if out.tiles.is_empty() {
-                out.tiles = row.tiles;
+            if tiles.is_empty() {
+                tiles = row.tiles;
             } else {
-                for (a, b) in out.tiles.iter_mut().zip(&row.tiles) {
+                for (a, b) in tiles.iter_mut().zip(&row.tiles) {
                     a.merge(b);
                 }
             }
@@ -234,8 +213,16 @@ impl TexSubject {
         }
         // Paths are the scene's work, not the engine's.
         let share = times[1] / (times[0] + times[1]).max(f64::MIN_POSITIVE);
-        out.rendering.seconds = wall * share;
-        out
+        Rendering {
+            picture,
+            seconds: wall * share,
+            probes,
+            texels,
+            flags,
+            standard_error: None,
+            searches: None,
+            texture_use: Some(TextureUse { levels, tiles }),
+        }
     }
 
     /// By the integer model.
@@ -245,7 +232,7 @@ impl TexSubject {
         engine: &TexEngine,
         settings: &Settings,
         progress: Progress<'_>,
-    ) -> TexRendering {
+    ) -> Rendering {
         let wrap = settings.tex.wrap;
         self.rows(progress, |y| {
             let mut row = Row::new(self.scene.width);
@@ -387,10 +374,10 @@ impl TexSubject {
     }
 
     /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
-    fn float(&self, settings: &Settings, gaussian: bool, progress: Progress<'_>) -> TexRendering {
+    fn float(&self, settings: &Settings, gaussian: bool, progress: Progress<'_>) -> Rendering {
         let prepared = Prepared::new(settings);
         let textures = self.planar(settings);
-        let nowhere = Distance::Sphere(f64::INFINITY);
+        let nowhere = Distance::nothing();
         let sky = HitF64::new(settings, &nowhere, Some(&self.sky), self.sky.size());
         let cube = crate::reference::Texture::new(&self.sky);
         self.rows(progress, |y| {
@@ -441,13 +428,13 @@ impl TexSubject {
 
     /// By the float reference.
     #[must_use]
-    pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> TexRendering {
+    pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
         self.float(settings, false, progress)
     }
 
     /// By the elliptical Gaussian of the float reference's covariances.
     #[must_use]
-    pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> TexRendering {
+    pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
         self.float(settings, true, progress)
     }
 
@@ -483,6 +470,7 @@ impl TexSubject {
             flags: BTreeMap::new(),
             standard_error: Some(result.rms_standard_error),
             searches: None,
+            texture_use: None,
         }
     }
 

@@ -91,9 +91,13 @@ pub fn tex<T: Tap>(
         count: settings.count,
         max_probes: settings.max_probes,
     };
+    let mut scaled = InPeriods {
+        tap,
+        scale: size.map(|n| 2.0 / n as f64),
+    };
     let Footprint { probes, lod, step } =
-        footprint(lambda, axes.axis, chain, rule, &mut flags, tap);
-    let step = [0, 1].map(|i| saturate(step[i] * (2.0 / size[i] as f64)));
+        footprint(lambda, axes.axis, chain, rule, &mut flags, &mut scaled);
+    let step = [0, 1].map(|i| saturate(step[i] * scaled.scale[i]));
     let centre = fragment.st.map(|x| saturate(2.0 * x - 1.0));
     let levels = Levels::new(lod, chain.levels);
     let probe = |i: u32| {
@@ -128,6 +132,29 @@ pub fn tex<T: Tap>(
         centre,
         flags,
         color,
+    }
+}
+
+/// A tap that reports steps in u and v, of which a texture has 2 each, instead of texels.
+struct InPeriods<'a, T> {
+    tap: &'a mut T,
+    scale: [f64; 2],
+}
+
+impl<T: Tap> Tap for InPeriods<'_, T> {
+    const ACTIVE: bool = T::ACTIVE;
+
+    fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
+        let value = if register == "step" {
+            saturate(value * self.scale[component % 2])
+        } else {
+            value
+        };
+        self.tap.put(stage, register, component, value);
+    }
+
+    fn event(&mut self, name: &'static str) {
+        self.tap.event(name);
     }
 }
 
