@@ -4,6 +4,7 @@ use rtl_model::cone::{Cone as RtlCone, Dither, Dyadic};
 use rtl_model::fx::Flags;
 use rtl_model::stages::ray_cone::{self as rtl, Cfg, camera as rtl_camera};
 
+use super::dispatch::{self, Level, Task};
 use crate::policy::{ConeMetric, ConeRules, SetDiffuse, TexPolicy};
 use crate::reference::ray_cone::{self as float, Step, camera as float_camera};
 use crate::scene::tex::camera::{Camera, Lens};
@@ -244,4 +245,26 @@ pub fn walk<C: Cones>(
         let alone = single || (exception && !bounced);
         each(asked, cones.choose(pair, larger, alone));
     }
+}
+
+/// [`rtl::propagate_batch`] compiled for the vectors that `level` names; the same bits.
+pub fn propagate_batch(
+    level: Level,
+    cfg: &Cfg,
+    cones: &mut [RtlCone],
+    distances: &[u32],
+    first_ray: u64,
+) {
+    struct Batch<'a>(&'a Cfg, &'a mut [RtlCone], &'a [u32], u64);
+
+    impl Task for Batch<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run(self) {
+            rtl::propagate_batch(self.0, self.1, self.2, self.3);
+        }
+    }
+
+    dispatch::run(level, Batch(cfg, cones, distances, first_ray));
 }

@@ -6,6 +6,7 @@
     reason = "tests: a failure is the message, results are exact codes, and codes are cut on purpose"
 )]
 
+mod blocks;
 mod formats;
 mod grid;
 mod operations;

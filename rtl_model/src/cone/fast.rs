@@ -1,5 +1,8 @@
 //! Propagation and conversion of many cones: 64-bit words, no branch, the bits of [`super::exact::sum2`].
 //!
+//! [`propagate`] takes one cone of any codes; [`propagate_block`] takes many at a time in loops that become vector code
+//! and leaves subnormal numbers, infinities and NaN to the former.
+//!
 //! For codes of at most 16 bits and distances in binary32 a product has at most 35 bits. Both terms
 //! put their leading one on bit 61, which leaves 26 bits for what an alignment shifts out; below them
 //! the last bit is set if anything was lost.
@@ -154,4 +157,122 @@ pub fn propagate(
         },
         saturated,
     )
+}
+
+/// Cones that [`propagate_block`] takes.
+pub const BLOCK: usize = 32;
+
+/// A magnitude's fields: significand with its hidden one (0 for 0) and biased exponent; whether the code is one that
+/// blocks leave alone.
+#[inline(always)]
+fn normal_fields(format: SmallFloat, code: u32) -> (u64, u64, bool) {
+    let raw = u64::from(code & (format.sign() - 1));
+    let biased = raw >> format.mantissa_bits;
+    let hidden = 1u64 << format.mantissa_bits;
+    let top = (1u64 << format.exponent_bits) - 1;
+    let zero = raw == 0;
+    let m = (raw & (hidden - 1)) | hidden;
+    let odd = (biased == 0) & !zero | (biased == top);
+    (if zero { 0 } else { m }, biased, odd)
+}
+
+/// Moves each cone by the distance with the binary32 code beside it. `random` decides where the rounding is
+/// stochastic. False, and nothing changed, where a number is subnormal, infinite or NaN.
+///
+/// The leading ones of both terms are on bit 58 or 59: products of significands need no search for theirs.
+#[inline(always)]
+#[must_use]
+pub fn propagate_block(
+    format: SmallFloat,
+    rounding: StoreRounding,
+    random: &[u32; BLOCK],
+    cones: &mut [Cone; BLOCK],
+    distances: &[u32; BLOCK],
+) -> bool {
+    const LOW: u64 = 0xffff_ffff;
+    let mantissa = format.mantissa_bits;
+    let signed = i64::from(mantissa);
+    let lowest = format.lowest_exponent();
+    let product_lift = 35 - mantissa;
+    let width_lift = 59 - mantissa;
+    let product_exponent = lowest + SmallFloat::F32.lowest_exponent() - 2 - (35 - signed);
+    let width_exponent = lowest - 1 - (59 - signed);
+    let sign_bit = u64::from(format.sign());
+    let largest = u64::from(format.largest());
+    let mut strange = false;
+    let mut angles = [0u64; BLOCK];
+    let mut widths = [0u64; BLOCK];
+    for i in 0..BLOCK {
+        let (angle, width) = (cones[i].angle.0, cones[i].width.0);
+        let (am, ae, a_odd) = normal_fields(format, angle);
+        let (wm, we, w_odd) = normal_fields(format, width);
+        let (dm, de, d_odd) = normal_fields(SmallFloat::F32, distances[i]);
+        strange |= a_odd | w_odd | d_odd;
+        let product = ((am & LOW) * (dm & LOW)) << product_lift;
+        let pe = (ae + de).cast_signed() + product_exponent;
+        let pe = if product == 0 { NOTHING } else { pe };
+        let other = wm << width_lift;
+        let we = we.cast_signed() + width_exponent;
+        let we = if other == 0 { NOTHING } else { we };
+        let sign_of = |code: u32, format: SmallFloat| u64::from(code & format.sign() != 0);
+        let a_sign = sign_of(angle, format) & u64::from(am != 0);
+        let p_sign = sign_of(angle, format) ^ sign_of(distances[i], SmallFloat::F32);
+        let w_sign = sign_of(width, format);
+        let product_first = pe >= we;
+        let big = if product_first { product } else { other };
+        let small = if product_first { other } else { product };
+        let e = if product_first { pe } else { we };
+        let low_e = if product_first { we } else { pe };
+        let shift = (e - low_e).min(63).cast_unsigned();
+        let kept = small >> shift;
+        let moved = kept | u64::from(kept << shift != small);
+        let opposite = p_sign ^ w_sign;
+        // big − moved or big + moved; a negative difference turns the sign.
+        let flip = 0u64.wrapping_sub(opposite);
+        let sum = big.wrapping_add((moved ^ flip).wrapping_sub(flip));
+        let below = (sum >> 63) & opposite;
+        let turn = 0u64.wrapping_sub(below);
+        let mut m = (sum ^ turn).wrapping_sub(turn);
+        let big_sign = if product_first { p_sign } else { w_sign };
+        let negative = (big_sign ^ below) & u64::from(m != 0);
+        let mut e = if m == 0 { NOTHING } else { e };
+        // The leading one to bit 61.
+        for step in [32u32, 16, 8, 4, 2, 1] {
+            let lower = m >> (62 - step) == 0;
+            m <<= if lower { step } else { 0 };
+            e -= if lower { i64::from(step) } else { 0 };
+        }
+        let lsb = (e + 61 - signed).max(lowest);
+        let down = lsb - e;
+        let shift = down.min(63).cast_unsigned();
+        let kept = m >> shift;
+        let steps = match rounding {
+            StoreRounding::Rne => {
+                let half = 1u64 << (shift - 1);
+                (m + (half - 1) + (kept & 1)) >> shift
+            }
+            StoreRounding::Truncate => kept,
+            StoreRounding::Stochastic => {
+                let rest = m - (kept << shift);
+                let fraction = rest >> (down - 32).min(63).cast_unsigned();
+                kept + u64::from(u64::from(random[i]) < fraction)
+            }
+        };
+        let magnitude = ((lsb - lowest).cast_unsigned() << mantissa) + steps;
+        let magnitude = if m == 0 { 0 } else { magnitude.min(largest) };
+        // A converging cone whose width has passed zero diverges.
+        let passed = a_sign & negative;
+        let a_sign = if (a_sign & !passed) != 0 { sign_bit } else { 0 };
+        let w_sign = (negative & !passed) != 0 && magnitude != 0;
+        angles[i] = (u64::from(angle) & (sign_bit - 1)) | a_sign;
+        widths[i] = magnitude | if w_sign { sign_bit } else { 0 };
+    }
+    if strange {
+        return false;
+    }
+    for (cone, (angle, width)) in cones.iter_mut().zip(angles.into_iter().zip(widths)) {
+        cone.angle = Angle(u32::try_from(angle & LOW).unwrap_or(0));
+        cone.width = Width(u32::try_from(width & LOW).unwrap_or(0));
+    }
+    true
 }

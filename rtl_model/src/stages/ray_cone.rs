@@ -185,28 +185,72 @@ fn unchanged(cfg: &Cfg, code: u32, value: Dyadic, turned: bool) -> u32 {
 ///
 /// `rays` numbers the first cone's ray; each cone's next store is its first one. Cones of 16-bit formats take the
 /// word-parallel path, those of `f32` the general one.
+///
+/// Always inlined, so that a caller can compile it for the vectors that it has.
+#[inline(always)]
 pub fn propagate_batch(cfg: &Cfg, cones: &mut [Cone], distances: &[u32], first_ray: u64) {
-    match (cfg.format, cfg.rounding) {
-        (SmallFloat::BF16, StoreRounding::Rne) => {
-            for (cone, &d) in cones.iter_mut().zip(distances) {
-                *cone = fast::propagate(SmallFloat::BF16, StoreRounding::Rne, 0, *cone, d).0;
+    let len = cones.len().min(distances.len());
+    let (cones, distances) = (&mut cones[..len], &distances[..len]);
+    if cfg.format.width() > 16 {
+        for ((cone, &d), ray) in cones.iter_mut().zip(distances).zip(first_ray..) {
+            let d = SmallFloat::F32.unpack(d).0;
+            *cone = propagate(cfg, *cone, d, &mut cfg.dither(ray), &mut Flags::default());
+        }
+        return;
+    }
+    // Constants for the loops of the formats that there are.
+    let bf16 = cfg.format == SmallFloat::BF16;
+    match (cfg.rounding, bf16) {
+        (StoreRounding::Rne, true) => {
+            blocks(
+                cfg,
+                SmallFloat::BF16,
+                StoreRounding::Rne,
+                cones,
+                distances,
+                first_ray,
+            );
+        }
+        (rounding, _) => blocks(cfg, cfg.format, rounding, cones, distances, first_ray),
+    }
+}
+
+#[inline(always)]
+fn blocks(
+    cfg: &Cfg,
+    format: SmallFloat,
+    rounding: StoreRounding,
+    cones: &mut [Cone],
+    distances: &[u32],
+    first_ray: u64,
+) {
+    let bits = |ray: u64| match rounding {
+        StoreRounding::Stochastic => cfg.dither(ray).next_bits(),
+        StoreRounding::Rne | StoreRounding::Truncate => 0,
+    };
+    let mut ray = first_ray;
+    let chunks = cones
+        .chunks_mut(fast::BLOCK)
+        .zip(distances.chunks(fast::BLOCK));
+    for (cones, distances) in chunks {
+        let done = match (cones.first_chunk_mut(), distances.first_chunk()) {
+            (Some(block), Some(distances)) => {
+                let mut random = [0; fast::BLOCK];
+                if rounding == StoreRounding::Stochastic {
+                    for (random, ray) in random.iter_mut().zip(ray..) {
+                        *random = bits(ray);
+                    }
+                }
+                fast::propagate_block(format, rounding, &random, block, distances)
+            }
+            _ => false,
+        };
+        if !done {
+            for ((cone, &d), ray) in cones.iter_mut().zip(distances).zip(ray..) {
+                *cone = fast::propagate(format, rounding, bits(ray), *cone, d).0;
             }
         }
-        (format, rounding) if format.width() <= 16 => {
-            for ((cone, &d), ray) in cones.iter_mut().zip(distances).zip(first_ray..) {
-                let random = match rounding {
-                    StoreRounding::Stochastic => cfg.dither(ray).next_bits(),
-                    StoreRounding::Rne | StoreRounding::Truncate => 0,
-                };
-                *cone = fast::propagate(format, rounding, random, *cone, d).0;
-            }
-        }
-        _ => {
-            for ((cone, &d), ray) in cones.iter_mut().zip(distances).zip(first_ray..) {
-                let d = SmallFloat::F32.unpack(d).0;
-                *cone = propagate(cfg, *cone, d, &mut cfg.dither(ray), &mut Flags::default());
-            }
-        }
+        ray = ray.wrapping_add(u64::try_from(cones.len()).unwrap_or(0));
     }
 }
 
