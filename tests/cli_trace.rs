@@ -130,7 +130,7 @@ fn malformed_lines_are_refused_with_their_number_and_earlier_lines_stand() {
         (normal(".5"), "not JSON"),
         (normal("+1"), "not JSON"),
         (normal("0x10"), "not JSON"),
-        (LINE.replace("\"env\"", "\"tex\""), "does not build"),
+        (LINE.replace("\"env\"", "\"tex\""), "an unknown key"),
         (LINE.replace("\"env\"", "\"hit\""), "`v`"),
         (LINE.replace("\"env\"", "\"foo\""), "found \"foo\""),
         (LINE.replace("\"env\"", "3"), "found 3"),

@@ -49,8 +49,8 @@ fn bad_unit_files_are_refused_with_their_place() {
             &["line 2, column 12, hit.iterations", "found 65"],
         ),
         (
-            b"\n[surface_footprint]\n",
-            &["line 2, column 2, surface_footprint", "does not build"],
+            b"\n[surface]\n",
+            &["line 2, column 2, surface", "unknown path"],
         ),
         (
             b"footprint=3",
@@ -220,7 +220,7 @@ fn set_takes_every_way_to_write_a_value_and_refuses_the_rest() {
         ("roughness.scale=1e400", "0 to 8"),
         ("hit.iterations=65", "found 65"),
         ("cone.format=bf17", "bf16 | f16 | f32"),
-        ("surface_footprint.max_anisotropy=4", "does not build"),
+        ("surface_footprint.max_anisotropy=65", "1 to 64"),
     ] {
         set(bad).refused(&["--set", part]);
     }

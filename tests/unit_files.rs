@@ -166,9 +166,9 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "unit show",
         ),
         (
-            "[surface_footprint]\nmax_anisotropy = 4\n",
-            "line 2, column 1, surface_footprint.max_anisotropy",
-            "does not build",
+            "[surface_footprint]\nmax_anisotropy = 0\n",
+            "line 2, column 18, surface_footprint.max_anisotropy",
+            "1 to 64",
         ),
         (
             "[transform]\nrotation = [1, 0, 0]\n",

@@ -183,24 +183,17 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
     let op = find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
     match op.as_deref() {
         Some("env" | "hit") => {}
-        Some(op @ "tex") => {
-            return wrong(
-                "op",
-                "\"env\", \"hit\" or \"cone\"",
-                format!("\"{op}\", which this version does not build"),
-            );
-        }
         Some(op) => {
             return wrong(
                 "op",
-                "\"env\", \"hit\" or \"cone\"",
+                "\"env\", \"hit\", \"cone\" or \"tex\"",
                 format!("\"{}\"", short(op)),
             );
         }
         None => {
             return wrong(
                 "op",
-                "\"env\", \"hit\" or \"cone\"",
+                "\"env\", \"hit\", \"cone\" or \"tex\"",
                 find("op").map_or("nothing".into(), |v| short(v.get())),
             );
         }

@@ -297,21 +297,6 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
 
 /// The error for a path that no unit of this version has.
 pub(super) fn unknown(path: &str) -> InputError {
-    let later = ["surface_footprint"];
-    let head = path.split('.').next().unwrap_or("");
-    let stage = path
-        .strip_prefix("registers.")
-        .and_then(|p| p.split('.').next())
-        .unwrap_or(head);
-    if later.contains(&stage) {
-        return InputError::new(
-            "unit",
-            "a path of this version",
-            format!("a path of `{stage}`, which this version does not build"),
-            "leave it out; `tapline unit show` lists what is there",
-        )
-        .at(path);
-    }
     InputError::new(
         "unit",
         "a path that `tapline unit show` lists",

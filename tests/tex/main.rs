@@ -3,6 +3,7 @@
 mod command;
 mod cones;
 mod extremes;
+mod knobs;
 mod scenes;
 mod surface;
 mod texture;

@@ -44,22 +44,23 @@ pub fn normalize<const C: usize>(
     shifted(standard, q, x, frac, shift)
 }
 
-/// Normalises numbers with fraction bits of their own into the register `q`.
+/// Normalises numbers with fraction bits of their own, each into its register; the narrowest one's bits count for all.
 #[inline(always)]
 #[must_use]
 pub fn gather<const C: usize>(
     standard: bool,
-    q: &Quantizer,
+    q: [&Quantizer; C],
     x: &[i64; C],
     frac: &[i64; C],
 ) -> Block<C> {
-    let width = i64::from(q.format.magnitude_bits());
+    let bits = q.iter().map(|q| q.format.magnitude_bits());
+    let width = bits.min().unwrap_or(1);
     let tops = x.iter().zip(frac).filter(|(x, _)| **x != 0);
     let tops = tops.map(|(x, frac)| 63 - i64::from(x.unsigned_abs().leading_zeros()) - frac);
-    let lsb = tops.max().unwrap_or(0) + 1 - width;
-    let max = q.format.max_raw();
+    let lsb = tops.max().unwrap_or(0) + 1 - i64::from(width);
+    let max = (1i64 << width) - 1;
     let mut m = [0; C];
-    for ((out, &value), frac) in m.iter_mut().zip(x).zip(frac) {
+    for (((out, &value), frac), q) in m.iter_mut().zip(x).zip(frac).zip(q) {
         let shift = if value == 0 { 0 } else { (lsb + frac).min(62) };
         *out = q.round_as(standard, value, shift).clamp(-max, max);
     }

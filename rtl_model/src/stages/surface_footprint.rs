@@ -178,10 +178,12 @@ pub fn surface_footprint<T: Tap>(
         *sum_frac = i64::from(q.format.frac) + grad[i].frac - out.exponent;
     }
     // ddx then ddy, with one exponent.
+    let [x, y] = &cfg.dd;
+    let dd = [x, x, y, y];
     let dd = match input.edge {
-        None => gather::<T>(&cfg.dd, &sums, &dot_frac),
+        None => block::gather(T::STANDARD, dd, &sums, &dot_frac),
         Some(edge) => {
-            let at = gather::<T>(&[cfg.barycentric; 2], &sums, &dot_frac);
+            let at = block::gather(T::STANDARD, [&cfg.barycentric; 4], &sums, &dot_frac);
             put(
                 sink,
                 [(Reg::SurfBarycentric, 0), (Reg::SurfBarycentric, 2)],
@@ -195,7 +197,7 @@ pub fn surface_footprint<T: Tap>(
                 b_y * s_b + c_y * s_c,
                 b_y * t_b + c_y * t_c,
             ];
-            gather::<T>(&cfg.dd, &sums, &[at.frac + edge.frac; 4])
+            block::gather(T::STANDARD, dd, &sums, &[at.frac + edge.frac; 4])
         }
     };
     put(sink, [(Reg::SurfDdx, 0), (Reg::SurfDdy, 0)], &dd);
@@ -209,18 +211,6 @@ pub fn surface_footprint<T: Tap>(
     out.d = d.m;
     out.d_exp = i64::from(cfg.d.format.magnitude_bits()) - 1 - d.frac;
     out
-}
-
-/// Four numbers with fraction bits of their own into two registers that share an exponent; the narrower one's bits.
-#[inline(always)]
-fn gather<T: Tap>(q: &[Quantizer; 2], x: &[i64; 4], frac: &[i64; 4]) -> Block<4> {
-    let [a, b] = q;
-    let narrower = if b.format.magnitude_bits() < a.format.magnitude_bits() {
-        b
-    } else {
-        a
-    };
-    block::gather(T::STANDARD, narrower, x, frac)
 }
 
 /// Shows two pairs of mantissas, each to a register and from a component on.
