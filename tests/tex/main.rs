@@ -1,4 +1,8 @@
 //! The TEX operation: cones on textured surfaces, 2-D textures, scenes, studies.
+#![expect(
+    clippy::float_cmp,
+    reason = "where bits must be equal, that is what is tested"
+)]
 
 mod command;
 mod cones;

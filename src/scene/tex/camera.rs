@@ -75,10 +75,10 @@ impl Camera {
             Lens::Orthographic => [0, 1, 2].map(|i| self.eye[i] + offset[i]),
             Lens::Thin { width } => {
                 // A sunflower's places, turned at random as a whole.
-                let k = f64::from(sample) + random.next();
+                let k = f64::from(sample) + random.number();
                 let radius = width / 2.0 * (k / f64::from(samples.max(1))).sqrt();
                 let turn = 2.399_963_229_728_653 * f64::from(sample)
-                    + 2.0 * std::f64::consts::PI * random.next();
+                    + 2.0 * std::f64::consts::PI * random.number();
                 let scale = |v: [f64; 3], by: f64| {
                     let length = dot(v, v).sqrt();
                     v.map(|c| c * by / length)

@@ -98,7 +98,7 @@ impl Random {
     }
 
     /// The next number, from 0 on and below 1.
-    pub fn next(&mut self) -> f64 {
+    pub fn number(&mut self) -> f64 {
         self.count += 1;
         (mix(self.key.wrapping_add(self.count)) >> 11) as f64 / 9_007_199_254_740_992.0
     }
@@ -219,7 +219,7 @@ impl TexScene {
         };
         let bent = refract(direction, contact.normal, outside / inside);
         match bent {
-            Some(bent) if random.next() >= fresnel(cosine.abs(), inside / outside, 0.0) => {
+            Some(bent) if random.number() >= fresnel(cosine.abs(), inside / outside, 0.0) => {
                 path.events.push(Event::Step(Step::Refract {
                     curvature: contact.curvature,
                     outside,
@@ -277,8 +277,8 @@ fn scattered(n: [f64; 3], random: &mut Random) -> [f64; 3] {
     };
     let a = unit(cross(n, across));
     let b = cross(n, a);
-    let square = random.next();
-    let turn = 2.0 * std::f64::consts::PI * random.next();
+    let square = random.number();
+    let turn = 2.0 * std::f64::consts::PI * random.number();
     let (radius, up) = (square.sqrt(), (1.0 - square).sqrt());
     let (x, y) = (radius * libm::cos(turn), radius * libm::sin(turn));
     unit([0, 1, 2].map(|i| x * a[i] + y * b[i] + up * n[i]))
