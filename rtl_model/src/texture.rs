@@ -96,7 +96,10 @@ impl Texture {
         sources: &[Source<'_>],
         across: AcrossEdge<'_>,
     ) -> Result<Self, ConfigError> {
-        check_sources(sources)?;
+        check_levels(sources, "6·size²", |source| {
+            let texels = source.size.checked_mul(source.size)?.checked_mul(6)?;
+            (texels > 0 && source.words.len() == texels).then_some(())
+        })?;
         let sizes: Vec<[usize; 2]> = sources.iter().map(|s| [s.size; 2]).collect();
         Self::encode(config, &sizes, 6, |level, face, [x, y]| {
             let Some(source) = sources.get(level) else {
@@ -123,7 +126,10 @@ impl Texture {
         sources: &[PlanarSource<'_>],
         wrap: [Wrap; 2],
     ) -> Result<Self, ConfigError> {
-        check_planar(sources)?;
+        check_levels(sources, "columns·rows", |source| {
+            let texels = source.size[0].checked_mul(source.size[1])?;
+            (texels > 0 && source.words.len() == texels).then_some(())
+        })?;
         let sizes: Vec<[usize; 2]> = sources.iter().map(|s| s.size).collect();
         Self::encode(config, &sizes, 1, |level, _, at| {
             let Some(source) = sources.get(level) else {
@@ -271,11 +277,12 @@ fn third_to_half(sum: u64) -> u16 {
     u16::try_from(bits.min(0x7bff)).unwrap_or(0x7bff)
 }
 
-fn check_sources(sources: &[Source<'_>]) -> Result<(), ConfigError> {
-    let whole = |source: &Source<'_>| {
-        let texels = source.size.checked_mul(source.size)?.checked_mul(6)?;
-        (texels > 0 && source.words.len() == texels).then_some(())
-    };
+/// Refuses a chain without a level, or one whose level `whole` denies.
+fn check_levels<S>(
+    sources: &[S],
+    texels: &str,
+    whole: impl Fn(&S) -> Option<()>,
+) -> Result<(), ConfigError> {
     let broken = sources.iter().position(|source| whole(source).is_none());
     let found = match (sources.len(), broken) {
         (0, _) => "no level".into(),
@@ -284,25 +291,7 @@ fn check_sources(sources: &[Source<'_>]) -> Result<(), ConfigError> {
     };
     Err(ConfigError {
         path: "texture.levels".into(),
-        expected: "at least one level, each of 6·size² texels".into(),
-        found,
-    })
-}
-
-fn check_planar(sources: &[PlanarSource<'_>]) -> Result<(), ConfigError> {
-    let whole = |source: &PlanarSource<'_>| {
-        let texels = source.size[0].checked_mul(source.size[1])?;
-        (texels > 0 && source.words.len() == texels).then_some(())
-    };
-    let broken = sources.iter().position(|source| whole(source).is_none());
-    let found = match (sources.len(), broken) {
-        (0, _) => "no level".into(),
-        (_, Some(level)) => alloc::format!("level {level} without them"),
-        (_, None) => return Ok(()),
-    };
-    Err(ConfigError {
-        path: "texture.levels".into(),
-        expected: "at least one level, each of columns·rows texels".into(),
+        expected: alloc::format!("at least one level, each of {texels} texels"),
         found,
     })
 }

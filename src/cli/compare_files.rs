@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::Failure;
 use super::compare::{Args, Results};
 use super::job::{Job, extra_pictures};
-use super::output::Origin;
+use super::output::{Origin, output_folder};
 use crate::engine::Rung;
 use crate::error::InputError;
 use crate::image::temporary::OutputFolder;
@@ -33,14 +33,7 @@ pub(super) struct OutFiles {
 impl OutFiles {
     /// Makes the folder and a temporary for each file of these engines.
     pub(super) fn create(folder: &Path, rungs: &[Rung], scene: &str) -> Result<Self, InputError> {
-        let made = OutputFolder::create(folder).map_err(|e| {
-            InputError::new(
-                folder.display().to_string(),
-                "a folder that can be made",
-                e.to_string(),
-                "check the path of --out",
-            )
-        })?;
+        let made = output_folder(folder)?;
         let file = |name: String| WholeFile::create(folder.join(name));
         let mut engines = Vec::new();
         for rung in rungs {

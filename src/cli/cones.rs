@@ -6,20 +6,18 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::args::{SceneArgs, UnitArgs};
-use super::output::{JsonTarget, Origin, unit_json};
+use super::output::{JsonTarget, Origin, output_folder, unit_json};
 use super::progress::Bar;
 use super::{Failure, subject};
 use crate::cone_study::{cube, formats, tiles};
 use crate::engine::tex_subject::TexSubject;
 use crate::engine::to_u64;
-use crate::error::InputError;
-use crate::image::temporary::OutputFolder;
 use crate::image::whole::WholeFile;
 use crate::image::write::write_png;
 use crate::picture::Picture;
 use crate::report::error_map::mosaic;
 use crate::report::table::{Align, Table, count, fixed, significant};
-use crate::scene::{SceneOptions, tex};
+use crate::scene::tex;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -37,11 +35,9 @@ enum Study {
     Cube(CubeArgs),
 }
 
+/// Flags of the studies that trace scenes.
 #[derive(Debug, clap::Args)]
-struct TilesArgs {
-    /// Folder for a picture of each comparison; made if it is not there.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+struct Common {
     /// Results as JSON; `-` is stdout.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -52,6 +48,15 @@ struct TilesArgs {
 }
 
 #[derive(Debug, clap::Args)]
+struct TilesArgs {
+    /// Folder for a picture of each comparison; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, clap::Args)]
 struct FormatsArgs {
     /// Scene with ray cones.
     #[arg(default_value = "vases")]
@@ -59,13 +64,8 @@ struct FormatsArgs {
     /// Most bounces of a path; paths go on to it however little they still weigh.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(0..=256))]
     bounces: u32,
-    /// Results as JSON; `-` is stdout.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     #[command(flatten)]
-    unit: UnitArgs,
-    #[command(flatten)]
-    scene: SceneArgs,
+    common: Common,
 }
 
 #[derive(Debug, clap::Args)]
@@ -86,42 +86,26 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn options(args: &SceneArgs) -> Result<SceneOptions, InputError> {
-    args.refuse_distance()?;
-    Ok(SceneOptions {
-        width: args.size.0,
-        height: args.size.1,
-        face_size: args.face_size,
-        bump: subject::load_bump(args)?,
-        mesh: args.mesh.clone(),
-    })
-}
-
 fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
-    subject::check_exposure(args.scene.exposure)?;
-    let target = JsonTarget::open(args.json.as_deref())?;
-    let spec = args.unit.load()?;
-    let options = options(&args.scene)?;
+    let Common { json, unit, scene } = &args.common;
+    subject::check_exposure(scene.exposure)?;
+    scene.refuse_distance()?;
+    let target = JsonTarget::open(json.as_deref())?;
+    let spec = unit.load()?;
+    let options = subject::options(scene)?;
     let mut files = Vec::new();
     let folder = match &args.out {
         None => None,
         Some(out) => {
-            let made = OutputFolder::create(out).map_err(|e| {
-                InputError::new(
-                    out.display().to_string(),
-                    "a folder that can be made",
-                    e.to_string(),
-                    "check the path of --out",
-                )
-            })?;
+            let made = output_folder(out)?;
             for pair in tiles::COMPARISONS {
                 files.push(WholeFile::create(out.join(format!("{}.png", pair.name)))?);
             }
             Some(made)
         }
     };
-    let floor = subject::load_texture(&args.scene)?;
-    let sky = subject::load_sky(&args.scene)?;
+    let floor = subject::load_texture(scene)?;
+    let sky = subject::load_sky(scene)?;
     let mut table = Table::new(&[
         ("scene", Align::Left),
         ("variant", Align::Left),
@@ -185,7 +169,7 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
             let picture = side_by_side(&pair, &both);
             let origin = Origin::new(&spec);
             let attributes = origin.attributes(&format!("tiles of {}", pair.name));
-            file.write_with(|w| write_png(w, &picture, args.scene.exposure, &attributes))?;
+            file.write_with(|w| write_png(w, &picture, scene.exposure, &attributes))?;
             done.push(file);
         }
     }
@@ -240,17 +224,17 @@ fn side_by_side(pair: &tiles::Comparison, both: &[tiles::Taken]) -> Picture {
 }
 
 fn run_formats(args: &FormatsArgs) -> Result<(), Failure> {
-    let target = JsonTarget::open(args.json.as_deref())?;
-    let spec = args.unit.load()?;
-    let options = options(&args.scene)?;
-    let floor = subject::load_texture(&args.scene)?;
+    let Common { json, unit, scene } = &args.common;
+    scene.refuse_distance()?;
+    let target = JsonTarget::open(json.as_deref())?;
+    let spec = unit.load()?;
+    let options = subject::options(scene)?;
+    let floor = subject::load_texture(scene)?;
+    let sky = subject::load_sky(scene)?;
     let mut scene = tex::build(&args.name, &options, floor)?;
-    for note in &scene.notes {
-        super::note(note);
-    }
+    scene.notes.iter().for_each(|note| super::note(note));
     scene.bounces = args.bounces;
     scene.endless = true;
-    let sky = subject::load_sky(&args.scene)?;
     let subject = TexSubject::new(scene, sky);
     let steps = to_u64(formats::FORMATS.len() * options.height);
     let bar = Bar::new("formats", steps);

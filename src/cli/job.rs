@@ -15,7 +15,7 @@ use crate::error::InputError;
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
 use crate::scene::world::light::WallMap;
-use crate::scene::{SceneOptions, hit, tex};
+use crate::scene::{hit, tex};
 use crate::settings::Settings;
 use crate::srgb::srgb_decode;
 use crate::truth::TruthOptions;
@@ -128,17 +128,9 @@ impl Job {
             return Ok(Self::Env(Box::new(subject::load(name, args, settings)?)));
         }
         subject::check_exposure(args.exposure)?;
-        let options = SceneOptions {
-            width: args.size.0,
-            height: args.size.1,
-            face_size: args.face_size,
-            bump: subject::load_bump(args)?,
-            mesh: args.mesh.clone(),
-        };
+        let options = subject::options(args)?;
         let mut scene = hit::build(name, &options)?;
-        for note in &scene.notes {
-            super::note(note);
-        }
+        scene.notes.iter().for_each(|note| super::note(note));
         let distance = args.distance()?;
         let other = subject::load_map(args)?;
         let own_colours = other.is_none();
@@ -152,18 +144,10 @@ impl Job {
 
     fn load_tex(name: &str, args: &SceneArgs) -> Result<Self, InputError> {
         subject::check_exposure(args.exposure)?;
-        let options = SceneOptions {
-            width: args.size.0,
-            height: args.size.1,
-            face_size: args.face_size,
-            bump: subject::load_bump(args)?,
-            mesh: args.mesh.clone(),
-        };
+        let options = subject::options(args)?;
         let floor = subject::load_texture(args)?;
         let scene = tex::build(name, &options, floor)?;
-        for note in &scene.notes {
-            super::note(note);
-        }
+        scene.notes.iter().for_each(|note| super::note(note));
         let sky = subject::load_sky(args)?;
         Ok(Self::Tex(Box::new(TexSubject::new(scene, sky))))
     }

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use crate::error::InputError;
+use crate::image::temporary::OutputFolder;
 use crate::image::whole::WholeFile;
 use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
@@ -159,4 +160,16 @@ fn put(into: &mut Map<String, Value>, path: &[&str], value: Value) {
             }
         }
     }
+}
+
+/// The folder of `--out`, made if it is not there.
+pub(super) fn output_folder(path: &Path) -> Result<OutputFolder, InputError> {
+    OutputFolder::create(path).map_err(|e| {
+        InputError::new(
+            path.display().to_string(),
+            "a folder that can be made",
+            e.to_string(),
+            "check the path of --out",
+        )
+    })
 }

@@ -35,6 +35,17 @@ pub(super) fn load_bump(args: &SceneArgs) -> Result<Option<BumpSource>, InputErr
     }
 }
 
+/// What a scene is built from.
+pub(super) fn options(args: &SceneArgs) -> Result<SceneOptions, InputError> {
+    Ok(SceneOptions {
+        width: args.size.0,
+        height: args.size.1,
+        face_size: args.face_size,
+        bump: load_bump(args)?,
+        mesh: args.mesh.clone(),
+    })
+}
+
 /// The environment that was named.
 pub(super) fn load_map(args: &SceneArgs) -> Result<Option<CubeMap>, InputError> {
     let Some(path) = &args.env else {
@@ -84,13 +95,7 @@ pub(super) fn load(
     settings: &Settings,
 ) -> Result<Subject, InputError> {
     check_exposure(args.exposure)?;
-    let options = SceneOptions {
-        width: args.size.0,
-        height: args.size.1,
-        face_size: args.face_size,
-        bump: load_bump(args)?,
-        mesh: args.mesh.clone(),
-    };
+    let options = options(args)?;
     // A wrong name or size fails before a large map is read.
     let scene = scene::build(name, &options, settings)?;
     for note in &scene.notes {

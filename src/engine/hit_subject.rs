@@ -309,16 +309,7 @@ impl HitSubject {
                 picture.rgb[i] = *background;
             }
         }
-        Rendering {
-            picture,
-            seconds,
-            probes: result.samples,
-            texels: 0,
-            flags: BTreeMap::new(),
-            standard_error: Some(result.rms_standard_error),
-            searches: None,
-            texture_use: None,
-        }
+        Rendering::by_rays(picture, seconds, result.samples, result.rms_standard_error)
     }
 
     /// Compares every register of every ray whose search took the same way in both engines.

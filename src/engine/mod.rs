@@ -11,6 +11,7 @@ pub mod probe;
 pub mod registers;
 pub mod rtl;
 pub mod tex;
+mod tex_requests;
 pub mod tex_subject;
 pub mod tiles;
 
@@ -119,6 +120,22 @@ pub struct Rendering {
     pub searches: Option<Searches>,
     /// What was asked of 2-D textures, where the scene has some and the engine filters.
     pub texture_use: Option<TextureUse>,
+}
+
+impl Rendering {
+    /// A picture by real rays: nothing was filtered.
+    fn by_rays(picture: Picture, seconds: f64, samples: u64, standard_error: f64) -> Self {
+        Self {
+            picture,
+            seconds,
+            probes: samples,
+            texels: 0,
+            flags: BTreeMap::new(),
+            standard_error: Some(standard_error),
+            searches: None,
+            texture_use: None,
+        }
+    }
 }
 
 /// Levels and tiles that the requests to a scene's 2-D textures took.

@@ -4,26 +4,24 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use rtl_model::fx::Flags;
-use rtl_model::regs::Event as RtlEvent;
 use rtl_model::unit::TexWords;
 
-use super::cones::{Asked, FloatCones, RtlCones, walk};
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
-use super::tex::{TexRtl, value, words};
+use super::tex::TexRtl;
+use super::tex_requests::{Request, scene_row};
 use super::tiles::{Tiles, level_colour};
 use super::{Progress, Rendering, TextureUse, to_u64};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::error::InputError;
-use crate::fragment::{HitFragment, TexFragment};
+use crate::fragment::HitFragment;
 use crate::picture::Picture;
 use crate::reference::tex::{point, tex};
 use crate::reference::{NoTap, PlanarTexture, Prepared, ewa_planar};
 use crate::scene::tex::TexScene;
-use crate::scene::tex::path::{Look, Path};
+use crate::scene::tex::path::{Event, Path};
 use crate::settings::Settings;
 use crate::truth::texels::PaddedCube;
 use crate::truth::{TruthOptions, supersample};
@@ -47,13 +45,6 @@ pub struct TexEngine {
     pub textures: Vec<TexRtl>,
     /// The unit for the environment: a hit with no wall is a bare cone.
     pub sky: HitRtl,
-}
-
-/// One request of a row: its pixel's column, its weight, and what is asked.
-struct Request<A> {
-    column: usize,
-    weight: f64,
-    asked: A,
 }
 
 /// What a row's requests came to.
@@ -106,15 +97,6 @@ impl Row {
     }
 }
 
-/// A bare cone in a direction: a ray without walls.
-fn bare(direction: [f64; 3], angle: f64) -> HitFragment {
-    HitFragment {
-        x: [0.0; 3],
-        r: direction,
-        cone: Some([angle, 0.0]),
-    }
-}
-
 impl TexEngine {
     /// Compiles the units and encodes textures and environment.
     pub fn new(spec: &UnitSpec, subject: &TexSubject) -> Result<Self, InputError> {
@@ -142,9 +124,7 @@ impl TexSubject {
             .map(|row| {
                 let mut count = 0;
                 scene_row(&scene, row, &mut |_, _, path| {
-                    let asks = |e: &&crate::scene::tex::path::Event| {
-                        !matches!(e, crate::scene::tex::path::Event::Step(_))
-                    };
+                    let asks = |e: &&Event| !matches!(e, Event::Step(_));
                     count += to_u64(path.events.iter().filter(asks).count());
                 });
                 count
@@ -245,13 +225,7 @@ impl TexSubject {
             let begin = Instant::now();
             let asked = self.ask_rtl(engine, settings, y);
             row.seconds[0] = asked.paths;
-            if asked.flags.events != 0 {
-                for event in RtlEvent::ALL {
-                    if asked.flags.has_event(*event) {
-                        *row.flags.entry(event.name().to_string()).or_default() += 1;
-                    }
-                }
-            }
+            row.flags.clone_from(&asked.flags);
             for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
                 let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
                 let mut at = 0;
@@ -284,86 +258,6 @@ impl TexSubject {
             row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
             row
         })
-    }
-
-    /// A row's requests with the integer model's cones.
-    fn ask_rtl(&self, engine: &TexEngine, settings: &Settings, y: usize) -> AskedRtl {
-        let mut out = AskedRtl {
-            looks: self.scene.textures.iter().map(|_| Vec::new()).collect(),
-            sky: Vec::new(),
-            flags: Flags::default(),
-            paths: 0.0,
-        };
-        let Some(first) = engine.textures.first() else {
-            return out;
-        };
-        let cfg = &first.unit.cone;
-        let mut cones = RtlCones::new(cfg, &self.scene.camera);
-        let mut before = Instant::now();
-        scene_row(&self.scene, y, &mut |column, number, path| {
-            out.paths += before.elapsed().as_secs_f64();
-            cones.ray(number);
-            let lens = self.scene.camera.lens;
-            walk(
-                &mut cones,
-                &settings.tex,
-                lens,
-                path,
-                &mut |asked, cone| match asked {
-                    Asked::Look(look) => out.looks[look.texture].push(Request {
-                        column,
-                        weight: look.weight / f64::from(self.scene.samples),
-                        asked: words(&look.fragment, cone),
-                    }),
-                    Asked::Sky(direction, weight) => out.sky.push(Request {
-                        column,
-                        weight: weight / f64::from(self.scene.samples),
-                        asked: bare(direction, value(cfg.angle(cone.angle))),
-                    }),
-                },
-            );
-            before = Instant::now();
-        });
-        out.flags = cones.flags;
-        out
-    }
-
-    /// The float reference's requests of a row: texture requests with their widths, and bare cones.
-    fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
-        let mut out = AskedF64 {
-            looks: Vec::new(),
-            sky: Vec::new(),
-            paths: 0.0,
-        };
-        let scene = &self.scene;
-        let mut cones = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
-        let mut before = Instant::now();
-        scene_row(scene, y, &mut |column, _, path| {
-            out.paths += before.elapsed().as_secs_f64();
-            walk(
-                &mut cones,
-                &settings.tex,
-                scene.camera.lens,
-                path,
-                &mut |asked, cone| {
-                    let part = 1.0 / f64::from(scene.samples);
-                    match asked {
-                        Asked::Look(look) => out.looks.push(Request {
-                            column,
-                            weight: look.weight * part,
-                            asked: (look.texture, look.fragment, cone.width.0),
-                        }),
-                        Asked::Sky(direction, weight) => out.sky.push(Request {
-                            column,
-                            weight: weight * part,
-                            asked: bare(direction, cone.angle.0),
-                        }),
-                    }
-                },
-            );
-            before = Instant::now();
-        });
-        out
     }
 
     fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {
@@ -462,16 +356,12 @@ impl TexSubject {
         };
         let size = [self.scene.width, self.scene.height];
         let result = supersample(size, &self.pixels(), &shade, options, progress);
-        Rendering {
-            picture: result.picture,
-            seconds: start.elapsed().as_secs_f64(),
-            probes: result.samples,
-            texels: 0,
-            flags: BTreeMap::new(),
-            standard_error: Some(result.rms_standard_error),
-            searches: None,
-            texture_use: None,
-        }
+        Rendering::by_rays(
+            result.picture,
+            start.elapsed().as_secs_f64(),
+            result.samples,
+            result.rms_standard_error,
+        )
     }
 
     /// Compares every register of the first path of every pixel. The float reference starts from the width in the
@@ -516,68 +406,5 @@ impl TexSubject {
         parts
             .iter()
             .fold(RegisterErrors::default(), RegisterErrors::merge)
-    }
-
-    /// The texture requests of the first path of each pixel of a row, with the integer model's cones.
-    pub fn each_look(
-        &self,
-        engine: &TexEngine,
-        settings: &Settings,
-        y: usize,
-        each: &mut dyn FnMut(usize, &Look, &TexWords, f64),
-    ) {
-        let Some(first) = engine.textures.first() else {
-            return;
-        };
-        let cfg = &first.unit.cone;
-        let mut cones = RtlCones::new(cfg, &self.scene.camera);
-        let mut path = Path::default();
-        for column in 0..self.scene.width {
-            let at = [column, y].map(|n| n as f64 + 0.5);
-            self.scene.path(at, [0, self.scene.samples], &mut path);
-            cones.ray(to_u64(
-                (y * self.scene.width + column) * self.scene.samples as usize,
-            ));
-            let lens = self.scene.camera.lens;
-            walk(
-                &mut cones,
-                &settings.tex,
-                lens,
-                &path,
-                &mut |asked, cone| {
-                    if let Asked::Look(look) = asked {
-                        let width = value(cfg.width(cone.width));
-                        each(column, look, &words(&look.fragment, cone), width);
-                    }
-                },
-            );
-        }
-    }
-}
-
-struct AskedRtl {
-    looks: Vec<Vec<Request<TexWords>>>,
-    sky: Vec<Request<HitFragment>>,
-    flags: Flags,
-    /// Seconds that the paths took.
-    paths: f64,
-}
-
-struct AskedF64 {
-    looks: Vec<Request<(usize, TexFragment, f64)>>,
-    sky: Vec<Request<HitFragment>>,
-    paths: f64,
-}
-
-/// The paths of a row: column, number of the path in the picture, path.
-fn scene_row(scene: &TexScene, y: usize, each: &mut dyn FnMut(usize, u64, &Path)) {
-    let mut path = Path::default();
-    for column in 0..scene.width {
-        let at = [column, y].map(|n| n as f64 + 0.5);
-        for sample in 0..scene.samples {
-            scene.path(at, [sample, scene.samples], &mut path);
-            let number = (y * scene.width + column) as u64 * u64::from(scene.samples);
-            each(column, number + u64::from(sample), &path);
-        }
     }
 }

@@ -3,7 +3,7 @@
 use super::flags::{Flag, Flags};
 use super::real::Real;
 use super::tap::{Tap, put};
-use super::vector::{Vector, cross, dot, scale, vector};
+use super::vector::{Vector, beside, cross, dot, scale, vector};
 use crate::fragment::{Tangents, TexFragment};
 use crate::policy::{ConeGradient, ConeRules, TexPolicy};
 use crate::stage::Stage;
@@ -104,19 +104,6 @@ fn unit<R: Real>(v: Vector<R>) -> Vector<R> {
     }
     let length = square.sqrt();
     v.map(|c| c / length)
-}
-
-/// e_k × v, k the smallest |v_k| (ties z, y, x).
-fn beside<R: Real>([x, y, z]: Vector<R>) -> Vector<R> {
-    let zero = R::from_f64(0.0);
-    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    if az <= ax && az <= ay {
-        [-y, x, zero]
-    } else if ay <= ax {
-        [z, zero, -x]
-    } else {
-        [zero, -z, y]
-    }
 }
 
 /// ∇s and ∇t on the surface. With g = ∂P/∂s × ∂P/∂t the normal equations give ∇s = ∂P/∂t × g/|g|² and

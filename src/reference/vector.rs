@@ -56,3 +56,16 @@ pub fn largest<R: Real>(a: Vector<R>) -> R {
         if x.abs() > most { x.abs() } else { most }
     })
 }
+
+/// e_k × v, k the smallest |v_k| (ties z, y, x).
+pub fn beside<R: Real>([x, y, z]: Vector<R>) -> Vector<R> {
+    let zero = R::from_f64(0.0);
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    if az <= ax && az <= ay {
+        [-y, x, zero]
+    } else if ay <= ax {
+        [z, zero, -x]
+    } else {
+        [zero, -z, y]
+    }
+}

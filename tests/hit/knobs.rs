@@ -11,6 +11,7 @@ use tapline::fragment::HitFragment;
 use tapline::unit::knobs::Value;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
+use crate::knob_support::others;
 use crate::{ROOM, ray, rays};
 
 /// What must be set for a path to count.
@@ -133,23 +134,6 @@ fn enabled(path: &str) -> UnitSpec {
         }
     }
     spec
-}
-
-fn others(value: &Value, legal: &str) -> Vec<Value> {
-    match value {
-        Value::Integer(n) => (1..=16)
-            .flat_map(|d| [n - d, n + d])
-            .filter(|m| *m >= 0)
-            .map(Value::Integer)
-            .chain([Value::Text("off".into())])
-            .collect(),
-        Value::Text(t) => legal
-            .split(" | ")
-            .filter(|l| *l != t)
-            .map(|l| Value::Text(l.into()))
-            .collect(),
-        Value::Float(_) | Value::Numbers(_) => Vec::new(),
-    }
 }
 
 /// Overflow modes that show nowhere while the register is shortened bit by bit.

@@ -1,6 +1,8 @@
 //! The HIT operation: outcomes, extremes, and the integer model beside the float reference.
 
 mod exact;
+#[path = "../knob_support/mod.rs"]
+mod knob_support;
 mod knobs;
 mod room;
 

@@ -10,7 +10,7 @@ use tapline::scene::tex::camera::{Camera, Lens};
 use tapline::scene::tex::path::{Event, Look, Path};
 use tapline::unit::UnitSpec;
 
-use crate::{Numbers, request, unit};
+use crate::{Random, request, unit};
 
 fn camera(lens: Lens) -> Camera {
     Camera::looking([0.3, 1.0, 5.0], [0.0, 0.4, 0.0], 0.4, [320, 200], lens)
@@ -19,7 +19,7 @@ fn camera(lens: Lens) -> Camera {
 /// Half an ulp of the format and 2^−58 of the value, as the model's set-ups promise.
 #[test]
 fn cameras_agree_within_half_an_ulp() {
-    let mut numbers = Numbers::new(12);
+    let mut numbers = Random::new(12);
     for format in rtl_model::cone::ConeFormat::ALL {
         let mut spec = UnitSpec::default();
         spec.config.cone.format = *format;
@@ -29,7 +29,7 @@ fn cameras_agree_within_half_an_ulp() {
             let camera = camera(Lens::Thin { width: 0.3 });
             let mut registers = RtlCones::new(&cfg, &camera);
             let mut doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
-            let d = unit([0.3 * numbers.next(), 0.3 * numbers.next(), -1.0]);
+            let d = unit([0.3 * numbers.signed(), 0.3 * numbers.signed(), -1.0]);
             let pairs = [
                 (registers.pinhole(d), doubles.pinhole(d)),
                 (registers.thin_lens(d, 0.3), doubles.thin_lens(d, 0.3)),

@@ -13,7 +13,8 @@ use tapline::planar::{PlanarLevel, PlanarMap};
 use tapline::unit::UnitSpec;
 use tapline::unit::knobs::Value;
 
-use crate::{Numbers, request};
+use crate::knob_support::others;
+use crate::{Random, request};
 
 /// Values (not codes) of every register of a request.
 #[derive(Default, PartialEq)]
@@ -35,9 +36,9 @@ impl Tap for Values {
 const NEVER_BELOW: &[Reg] = &[];
 
 fn map() -> PlanarMap {
-    let mut numbers = Numbers::new(31);
+    let mut numbers = Random::new(31);
     let texels = (0..32 * 16).map(|_| {
-        let byte = |n: &mut Numbers| f32::from(u8::try_from(n.bits() >> 56).unwrap()) / 256.0;
+        let byte = |n: &mut Random| f32::from(u8::try_from(n.bits() >> 56).unwrap()) / 256.0;
         [byte(&mut numbers), byte(&mut numbers), byte(&mut numbers)]
     });
     build_planar_mips(PlanarLevel {
@@ -48,7 +49,7 @@ fn map() -> PlanarMap {
 
 /// Requests along the axes, at any angle, grazing, on triangles, far outside of the texture; and their widths.
 fn corpus() -> Vec<(TexFragment, f64)> {
-    let mut numbers = Numbers::new(40);
+    let mut numbers = Random::new(40);
     let mut out = Vec::new();
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
@@ -71,12 +72,12 @@ fn corpus() -> Vec<(TexFragment, f64)> {
         if i % 3 == 0 {
             fragment.tangents = Tangents::Triangle {
                 edges: [numbers.vector(), numbers.vector()],
-                st: [0, 1].map(|_| [numbers.next(), numbers.next()]),
+                st: [0, 1].map(|_| [numbers.signed(), numbers.signed()]),
             };
         }
         let far = if i % 4 == 0 { 500.0 } else { 3.0 };
-        fragment.st = [far * numbers.next(), far * numbers.next()];
-        out.push((fragment, libm::exp2(4.0 * numbers.next() - 3.0)));
+        fragment.st = [far * numbers.signed(), far * numbers.signed()];
+        out.push((fragment, libm::exp2(4.0 * numbers.signed() - 3.0)));
     }
     out
 }
@@ -152,21 +153,9 @@ fn no_knob_of_tex_is_dead() {
             dead.extend(dead_modes(reg, &map, &corpus));
             continue;
         }
-        let others: Vec<Value> = match &knob.value {
-            Value::Integer(n) => (1..=16)
-                .flat_map(|d| [n - d, n + d])
-                .filter(|m| *m >= 0)
-                .map(Value::Integer)
-                .collect(),
-            Value::Text(t) => {
-                let legal = knob.legal.split(" | ").filter(|l| l != t);
-                legal.map(|l| Value::Text(l.into())).collect()
-            }
-            Value::Float(_) | Value::Numbers(_) => Vec::new(),
-        };
         let each = reg.is_none() && matches!(knob.value, Value::Text(_));
         let mut shown = false;
-        for value in others {
+        for value in others(&knob.value, &knob.legal) {
             let mut other = UnitSpec::default();
             if other.set(path, &value).is_err() {
                 continue;

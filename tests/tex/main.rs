@@ -7,10 +7,15 @@
 mod command;
 mod cones;
 mod extremes;
+#[path = "../knob_support/mod.rs"]
+mod knob_support;
 mod knobs;
 mod scenes;
 mod surface;
 mod texture;
+
+#[path = "../reference_support/mod.rs"]
+mod reference_support;
 
 use tapline::engine::probe::RtlProbe;
 use tapline::engine::tex::{TexRtl, words};
@@ -18,42 +23,7 @@ use tapline::fragment::{Tangents, TexFragment};
 use tapline::reference::{NoTap, Prepared, Tex, tex};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
-/// A deterministic stream of numbers from −1 to 1.
-pub(crate) struct Numbers(u64);
-
-impl Numbers {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn next(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / 4_503_599_627_370_496.0 - 1.0
-    }
-
-    pub(crate) fn vector(&mut self) -> [f64; 3] {
-        [self.next(), self.next(), self.next()]
-    }
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
+pub(crate) use reference_support::{Random, cross, dot};
 
 pub(crate) fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()

@@ -6,7 +6,7 @@ use tapline::fragment::{Tangents, TexFragment};
 use tapline::policy::{ConeGradient, ConeRules};
 use tapline::unit::UnitSpec;
 
-use crate::{Numbers, by_f64, by_rtl, cross, dot, length, request, unit};
+use crate::{Random, by_f64, by_rtl, cross, dot, length, request, unit};
 
 const SIZE: [usize; 2] = [512, 256];
 
@@ -17,7 +17,7 @@ fn spec(gradient: ConeGradient) -> UnitSpec {
 }
 
 /// Geometry whose D, N and tangents are neither parallel nor grazing beyond the cap.
-fn geometry(numbers: &mut Numbers) -> TexFragment {
+fn geometry(numbers: &mut Random) -> TexFragment {
     loop {
         let (d, n) = (numbers.vector(), numbers.vector());
         if length(d) < 0.1 || length(n) < 0.1 {
@@ -39,11 +39,11 @@ fn geometry(numbers: &mut Numbers) -> TexFragment {
 
 #[test]
 fn the_footprint_is_the_cut_of_the_cone_with_the_plane() {
-    let mut numbers = Numbers::new(1);
+    let mut numbers = Random::new(1);
     let spec = spec(ConeGradient::Gram);
     for _ in 0..2000 {
         let fragment = geometry(&mut numbers);
-        let width = 2.0 * numbers.next();
+        let width = 2.0 * numbers.signed();
         let found = by_f64(&spec, &fragment, width, SIZE);
         let (d, n) = (unit(fragment.d), unit(fragment.n));
         let cosine = dot(d, n).abs().max(1.0 / 16.0);
@@ -90,10 +90,10 @@ fn the_notes_dot_products_are_exact_for_orthogonal_derivatives_only() {
 
 #[test]
 fn a_triangles_gradients_are_those_of_its_derivatives() {
-    let mut numbers = Numbers::new(5);
+    let mut numbers = Random::new(5);
     for _ in 0..500 {
         let corners = [0, 1, 2].map(|_| numbers.vector());
-        let st = [0, 1, 2].map(|_| [numbers.next(), numbers.next()]);
+        let st = [0, 1, 2].map(|_| [numbers.signed(), numbers.signed()]);
         let edge = |i: usize| [0, 1, 2].map(|c| corners[i][c] - corners[0][c]);
         let edges = [edge(1), edge(2)];
         let n = cross(edges[0], edges[1]);
@@ -217,7 +217,7 @@ fn terms(fragment: &TexFragment, dp: &[[f64; 3]; 2]) -> f64 {
 
 #[test]
 fn the_integer_model_matches_the_reference_within_derived_bounds() {
-    let mut numbers = Numbers::new(9);
+    let mut numbers = Random::new(9);
     for gradient in [ConeGradient::Gram, ConeGradient::Otk] {
         let engine = TexRtl::sized(&spec(gradient), [512, 256]).unwrap();
         let mut worst = 0.0f64;

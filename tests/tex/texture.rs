@@ -10,11 +10,11 @@ use tapline::reference::tex::tex;
 use tapline::reference::{NoTap, PlanarTexture, Prepared};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
-use crate::{Numbers, request};
+use crate::{Random, request};
 
 /// Texels of few bits, so that the half format holds them.
 fn texture(size: [usize; 2], seed: u64) -> PlanarMap {
-    let mut numbers = Numbers::new(seed);
+    let mut numbers = Random::new(seed);
     let mut byte = || f32::from(u8::try_from(numbers.bits() >> 56).unwrap_or(0)) / 256.0;
     let texels = (0..size[0] * size[1])
         .map(|_| [byte(), byte(), byte()])
@@ -148,7 +148,7 @@ fn between_texels_at_an_edge_the_border_counts_half() {
 /// ½·2^-8 texels in two directions: under 4·2^-8 of the largest step, which is below 1.
 #[test]
 fn filtered_colours_match_within_four_steps_of_the_weights() {
-    let mut numbers = Numbers::new(77);
+    let mut numbers = Random::new(77);
     let maps = [
         texture([64, 64], 1),
         texture([96, 33], 2),
@@ -158,8 +158,8 @@ fn filtered_colours_match_within_four_steps_of_the_weights() {
     for i in 0..600 {
         let map = &maps[i % 3];
         let wrap = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror][i / 3 % 3];
-        let st = [3.0 * numbers.next(), 3.0 * numbers.next()];
-        let n = [0.1 * numbers.next(), 1.0, 0.1 * numbers.next()];
+        let st = [3.0 * numbers.signed(), 3.0 * numbers.signed()];
+        let n = [0.1 * numbers.signed(), 1.0, 0.1 * numbers.signed()];
         let d = numbers.vector();
         let fragment = TexFragment {
             st,
@@ -185,10 +185,10 @@ fn a_constant_texture_stays_constant() {
             size,
             texels: vec![colour; size[0] * size[1]],
         });
-        let mut numbers = Numbers::new(4);
+        let mut numbers = Random::new(4);
         for _ in 0..100 {
-            let fragment = at([9.0 * numbers.next(), 9.0 * numbers.next()]);
-            let width = libm::exp2(8.0 * numbers.next());
+            let fragment = at([9.0 * numbers.signed(), 9.0 * numbers.signed()]);
+            let width = libm::exp2(8.0 * numbers.signed());
             for found in colours(&UnitSpec::default(), &map, &fragment, width) {
                 for c in 0..3 {
                     assert!((found[c] - f64::from(colour[c])).abs() <= f64::EPSILON);

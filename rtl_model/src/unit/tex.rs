@@ -214,12 +214,6 @@ impl TexUnit {
             width: self.cone.width(words.cone.width),
         }
     }
-
-    /// The unit behind `surface_footprint`.
-    #[must_use]
-    pub fn back(&self) -> &Unit {
-        &self.unit
-    }
 }
 
 /// A port of a vector.

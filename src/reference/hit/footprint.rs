@@ -13,7 +13,7 @@ use crate::reference::prepared::Prepared;
 use crate::reference::real::{Real, saturate};
 use crate::reference::tap::{NoTap, Tap, put};
 use crate::reference::texture::Texture;
-use crate::reference::vector::{Vector, transform, vector};
+use crate::reference::vector::{Vector, beside, transform, vector};
 use crate::reference::wide::Wide;
 use crate::stage::Stage;
 
@@ -24,14 +24,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// t1 = unit(e_k × R), k the smallest |R_k| (ties z, y, x), and t2 = R × t1.
 fn basis(r: [f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = r;
-    let [ax, ay, az] = r.map(f64::abs);
-    let t1 = unit(if az <= ax && az <= ay {
-        [-y, x, 0.0]
-    } else if ay <= ax {
-        [z, 0.0, -x]
-    } else {
-        [0.0, -z, y]
-    });
+    let t1 = unit(beside(r));
     let t2 = [
         y * t1[2] - z * t1[1],
         z * t1[0] - x * t1[2],

@@ -7,6 +7,7 @@ use crate::fragment::TexFragment;
 use crate::optics::{fresnel, refract};
 use crate::reference::ray_cone::Step;
 use crate::scene::dual::{cross, dot};
+use crate::truth::sampling::hash;
 
 /// What a surface does with a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +93,7 @@ impl Random {
     pub fn new(seed: u64, place: [f64; 2], sample: u64) -> Self {
         let words = [seed, place[0].to_bits(), place[1].to_bits(), sample];
         Self {
-            key: words.into_iter().fold(0, |key, word| mix(key ^ word)),
+            key: words.into_iter().fold(0, |key, word| hash(key ^ word)),
             count: 0,
         }
     }
@@ -100,16 +101,8 @@ impl Random {
     /// The next number, from 0 on and below 1.
     pub fn number(&mut self) -> f64 {
         self.count += 1;
-        (mix(self.key.wrapping_add(self.count)) >> 11) as f64 / 9_007_199_254_740_992.0
+        (hash(self.key.wrapping_add(self.count)) >> 11) as f64 / 9_007_199_254_740_992.0
     }
-}
-
-/// A bijective mixing of 64 bits (the finaliser of SplitMix64).
-fn mix(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 fn unit(a: [f64; 3]) -> [f64; 3] {

@@ -7,6 +7,7 @@ use crate::fragment::Tangents;
 use crate::mesh::Mesh;
 use crate::scene::dual::{cross, dot};
 use crate::scene::hit::object::Object as _;
+use crate::scene::world::bodies::roots;
 
 /// A ray at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,16 +63,6 @@ pub enum Shape {
     },
     /// Triangles with smooth normals.
     Mesh(Arc<Mesh>),
-}
-
-/// Both roots of |d|²t² + 2·half·t + rest = 0, the smaller first.
-fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
-    let discriminant = half * half - square * rest;
-    if discriminant < 0.0 || square <= 0.0 {
-        return None;
-    }
-    let root = discriminant.sqrt();
-    Some([(-half - root) / square, (-half + root) / square])
 }
 
 fn along(origin: [f64; 3], direction: [f64; 3], t: f64) -> [f64; 3] {

@@ -93,7 +93,7 @@ pub struct Ball {
 }
 
 /// The two roots of |direction|²·t² + 2·half·t + rest = 0, the smaller first.
-fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
+pub(crate) fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
     let discriminant = half * half - square * rest;
     if discriminant < 0.0 || square <= 0.0 {
         return None;
