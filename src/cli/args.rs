@@ -174,7 +174,6 @@ pub(super) struct AdapterArgs {
 
 impl AdapterArgs {
     /// Opens the adapter that was named, or the best one.
-    #[allow(dead_code, reason = "the commands that open an adapter follow")]
     pub(super) fn open(&self) -> Result<Gpu, InputError> {
         Ok(Gpu::open(self.name.as_deref())?)
     }

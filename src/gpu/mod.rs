@@ -24,6 +24,7 @@
 pub mod adapter;
 pub mod device;
 mod error;
+pub mod sampling;
 
 pub use adapter::AdapterFacts;
 pub use device::Gpu;
