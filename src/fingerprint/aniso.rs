@@ -120,7 +120,9 @@ impl LodRule {
     pub fn lod(self, octave: &[f64], clamp: u16, major: f64, [dx, dy]: [[f64; 2]; 2]) -> f64 {
         let width = match self.width {
             Width::Major => major,
-            _ => self.texels(clamp, dx, dy),
+            Width::Zero | Width::Minor | Width::Clamped | Width::PerTap(_) => {
+                self.texels(clamp, dx, dy)
+            }
         };
         let lod = lod_on(octave, libm::log2(width));
         match self.mix {

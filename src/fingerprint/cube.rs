@@ -5,7 +5,9 @@ use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
 use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
 use super::taps::{Transfer, transfer};
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
+use super::unit::{
+    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
+};
 use crate::cube::{FACE_NAMES, direction, major_face};
 use crate::gpu::GpuError;
 
@@ -59,7 +61,7 @@ pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, GpuError> {
     let seen: Vec<([i8; 3], usize)> = directions
         .into_iter()
         .zip(faces)
-        .map(|(d, c)| (d, c[0] as usize))
+        .map(|(d, c)| (d, to_index(c[0].into())))
         .collect();
     let expected = seen
         .iter()
@@ -110,7 +112,7 @@ pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, GpuErro
             (-near(0.2), -near(0.25)),
         ] {
             queries.push(Query {
-                at: direction(face, u, v).map(|c| c as f32),
+                at: direction(face, u, v).map(to_f32),
                 ..Query::default()
             });
         }
@@ -184,9 +186,9 @@ fn cases() -> Vec<Query> {
             let at = direction(face, 0.9 * r(0), 0.9 * r(1));
             // 2 to 32 texels of level 0.
             let scale = libm::exp2(3.0 + 2.0 * r(8)) * 2.0 / SIZE as f64;
-            let d = |j: u64| [0, 1, 2].map(|c| (r(j + c) * scale) as f32);
+            let d = |j: u64| [0, 1, 2].map(|c| to_f32(r(j + c) * scale));
             Query {
-                at: at.map(|c| c as f32),
+                at: at.map(to_f32),
                 dx: d(2),
                 dy: d(5),
                 lod: 0.0,
@@ -280,10 +282,10 @@ pub fn footprints(
         let zero = direction(face, 0.0, 0.0);
         let moved = |d: [f64; 2]| {
             let to = direction(face, d[0] * texel, d[1] * texel);
-            [0, 1, 2].map(|i| (to[i] - zero[i]) as f32)
+            [0, 1, 2].map(|i| to_f32(to[i] - zero[i]))
         };
         Query {
-            at: direction(face, u, v).map(|c| c as f32),
+            at: direction(face, u, v).map(to_f32),
             dx: moved(x),
             dy: moved(y),
             lod: 0.0,

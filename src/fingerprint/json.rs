@@ -8,7 +8,7 @@ use super::model::Rule;
 use super::steps::{Rounding, Staircase, Steps};
 use super::taps::{Footprint, Taps, Transfer};
 use super::unit::Source;
-use super::{Filter, Fingerprint, Mapped, shape_name, source_name};
+use super::{Filter, Fingerprint, Mapped, honours, shape_name, source_name};
 
 /// Every finding; the caller adds the adapter.
 #[must_use]
@@ -40,7 +40,7 @@ pub fn to_json(found: &Fingerprint) -> Value {
             "clamp": clamp,
             "lod_alone": alone,
             "lod_beside_neighbours": together,
-            "honoured": alone == together && *alone > 0.0,
+            "honoured": honours([*alone, *together]),
         })).collect::<Vec<_>>(),
         "anisotropy": {
             "filters": found.filters.iter().map(filter).collect::<Vec<_>>(),

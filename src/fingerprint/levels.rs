@@ -2,7 +2,9 @@
 
 use super::rho::{PLANAR_RULES, Rho};
 use super::steps::{SWEEP, Staircase, grid_bits, staircase};
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
+use super::unit::{
+    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
+};
 use crate::gpu::GpuError;
 use crate::truth::sampling::hash;
 
@@ -93,7 +95,7 @@ pub fn lod_on(octave: &[f64], log2: f64) -> f64 {
     }
     let place = (log2 - log2.floor()) * CURVE as f64;
     let below = place.floor();
-    let index = (below as usize).min(CURVE - 1);
+    let index = to_index(below).min(CURVE - 1);
     let (a, b) = (octave[index], octave[index + 1]);
     log2.floor() + a + (b - a) * (place - below)
 }
@@ -122,13 +124,7 @@ pub struct Curve {
 /// A query in the middle of the texture with derivatives in texels of level 0.
 #[must_use]
 pub fn query(dx: [f64; 2], dy: [f64; 2]) -> Query {
-    let scale = |v: [f64; 2]| {
-        [
-            (v[0] / SIZE as f64) as f32,
-            (v[1] / SIZE as f64) as f32,
-            0.0,
-        ]
-    };
+    let scale = |v: [f64; 2]| [to_f32(v[0] / SIZE as f64), to_f32(v[1] / SIZE as f64), 0.0];
     Query {
         at: [0.5, 0.5, 0.0],
         dx: scale(dx),

@@ -4,7 +4,7 @@ use super::aniso::{Count, LodRule, Width, ratio};
 use super::levels::lod_on;
 use super::rho::{Projection, Rho};
 use super::steps::Steps;
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit};
+use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32, to_index};
 use crate::cube::{across_edge, direction, face_uv};
 use crate::gpu::GpuError;
 
@@ -229,7 +229,7 @@ impl Model {
                 seam,
                 ..self.clone()
             };
-            return model.ellipse(image, lod as usize, query, pair);
+            return model.ellipse(image, to_index(lod), query, pair);
         }
         let lod = if state.linear_mips {
             lod
@@ -241,7 +241,7 @@ impl Model {
         for offset in &taps {
             for (level, weight) in [(low, 1.0 - share), (low + 1.0, share)] {
                 if weight > 0.0 {
-                    let texel = self.tap(image, state, level as usize, query, *offset);
+                    let texel = self.tap(image, state, to_index(level), query, *offset);
                     for (sum, texel) in sum.iter_mut().zip(texel) {
                         *sum += weight * texel / taps.len() as f64;
                     }
@@ -281,7 +281,7 @@ impl Model {
                 let (long, short, axis) = rule.lod.lengths.of(pair[0], pair[1]);
                 let taps = count.of(ratio(long, short), rule.clamp);
                 let gap = long * spacing.share(taps);
-                footprint.offsets = (0..taps as usize)
+                footprint.offsets = (0..to_index(taps))
                     .map(|i| (i as f64 - (taps - 1.0) / 2.0) * gap)
                     .map(|along| axis.map(|a| a * along))
                     .collect();
@@ -298,7 +298,7 @@ impl Model {
             return (0, [at[0] + share[0], at[1] + share[1]]);
         }
         let (face, u, v) = face_uv(at);
-        let (face, u, v) = if offset == [0.0; 2] {
+        let (face, u, v) = if offset.iter().all(|o| o.abs() < 1e-12) {
             (face, u, v)
         } else {
             face_uv(direction(face, u + 2.0 * share[0], v + 2.0 * share[1]))
@@ -322,9 +322,8 @@ impl Model {
         // Half the box around A s² + B s t + C t² = F.
         let [reach_x, reach_y] = [c, a].map(libm::sqrt);
         let (mut sum, mut weights) = ([0.0; 4], 0.0);
-        let range = |middle: f64, reach: f64| {
-            (middle - reach).floor() as i64..=(middle + reach).ceil() as i64
-        };
+        let range =
+            |middle: f64, reach: f64| to_texel(middle - reach)..=to_texel(middle + reach) + 1;
         for row in range(y, reach_y) {
             for column in range(x, reach_x) {
                 let (s, t) = (column as f64 - x, row as f64 - y);
@@ -357,13 +356,13 @@ impl Model {
         let (face, [s, t]) = Self::place(image, query, offset);
         let texel = |x: i64, y: i64| self.texel(image, level, face, x, y);
         if !state.linear {
-            let [x, y] = [s, t].map(|c| (c * n).floor().clamp(0.0, n - 1.0) as i64);
+            let [x, y] = [s, t].map(|c| to_texel((c * n).clamp(0.0, n - 1.0)));
             return texel(x, y).unwrap_or([0.0; 4]);
         }
         let [x, y] = [s, t].map(|c| (c * n - 0.5).clamp(-0.5, n - 0.5));
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (self.texels.weight(x - x0), self.texels.weight(y - y0));
-        let (x0, y0) = (x0 as i64, y0 as i64);
+        let (x0, y0) = (to_texel(x0), to_texel(y0));
         let corners = [
             (x0, y0, (1.0 - fx) * (1.0 - fy)),
             (x0 + 1, y0, fx * (1.0 - fy)),
@@ -396,7 +395,7 @@ impl Model {
         let Some((x, y, weight)) = missing else {
             return sum;
         };
-        let last = image.side(level) as i64 - 1;
+        let last = last(image, level);
         let (inside_x, inside_y) = (x.clamp(0, last), y.clamp(0, last));
         let stand_in = |x, y| self.texel(image, level, face, x, y).unwrap_or([0.0; 4]);
         let instead = match self.corner {
@@ -412,7 +411,7 @@ impl Model {
     /// A texel, or the one that stands for it beyond an edge; nothing beyond a cube's corner.
     fn texel(&self, image: &Image, level: usize, face: usize, x: i64, y: i64) -> Option<[f64; 4]> {
         let side = image.side(level);
-        let last = side as i64 - 1;
+        let last = last(image, level);
         let clamped = || {
             let place = |c: i64| usize::try_from(c.clamp(0, last)).unwrap_or(0);
             (face, place(x), place(y))
@@ -427,6 +426,20 @@ impl Model {
             image.levels[level][(face * side + y) * side + x],
         ))
     }
+}
+
+/// The texel that a coordinate lies in.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "coordinates are a texture's, a few texels beyond at most; the cast saturates"
+)]
+fn to_texel(coordinate: f64) -> i64 {
+    coordinate.floor() as i64
+}
+
+/// The last column or row of a level.
+fn last(image: &Image, level: usize) -> i64 {
+    i64::try_from(image.side(level)).map_or(i64::MAX, |n| n - 1)
 }
 
 /// What a format keeps of a texel.
@@ -448,7 +461,7 @@ impl TextureUnit for Model {
     ) -> Result<Vec<[f32; 4]>, GpuError> {
         Ok(queries
             .iter()
-            .map(|query| self.color(image, state, source, query).map(|c| c as f32))
+            .map(|query| self.color(image, state, source, query).map(to_f32))
             .collect())
     }
 

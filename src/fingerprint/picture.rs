@@ -5,8 +5,8 @@ use super::levels::CURVE;
 use super::plot::{Axes, Canvas, FAINT, IDEAL, INK, SERIES, heat};
 use super::taps::{Tap, Transfer};
 use super::texels::fractions;
-use super::unit::Source;
-use super::{Fingerprint, MAP, MAP_ANGLES, MAP_RATIOS, Mapped, source_name};
+use super::unit::{Source, to_index};
+use super::{Fingerprint, MAP, MAP_ANGLES, MAP_RATIOS, Mapped, honours, source_name};
 use crate::picture::Picture;
 
 /// Columns of the picture.
@@ -121,7 +121,7 @@ fn facts(found: &Fingerprint) -> Vec<String> {
     let ignored: Vec<String> = found
         .neighbours
         .iter()
-        .filter(|(_, [alone, together])| alone != together || *alone == 0.0)
+        .filter(|(_, lods)| !honours(*lods))
         .map(|(clamp, _)| clamp.to_string())
         .collect();
     let gradients = if ignored.is_empty() {
@@ -323,7 +323,7 @@ fn cell(canvas: &mut Canvas, (x, y): (usize, usize), transfer: &Transfer, taps: 
     for tap in taps {
         let [tx, ty] = tap.offset.map(|o| (middle + o) * TEXEL as f64);
         if tx >= 0.0 && ty >= 0.0 {
-            canvas.rect((x + tx as usize, y + ty as usize), (2, 2), INK);
+            canvas.rect((x + to_index(tx), y + to_index(ty)), (2, 2), INK);
         }
     }
 }

@@ -6,7 +6,9 @@
 //! its place is finer than the sweep. The texture max(0, x)·y gives the other coordinate in the same way. **Transfer**: a texture
 //! that is 1 at one texel and 0 elsewhere returns this texel's weight; four at a time, one in each channel.
 
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
+use super::unit::{
+    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
+};
 use crate::gpu::GpuError;
 
 /// Texels along an edge of the hinge.
@@ -131,7 +133,7 @@ pub fn taps(
         let centre = [(HINGE as f64 + 1.0) / 2.0; 2];
         let numbered = super::levels::numbered(Shape::Planar, HINGE, 7);
         let lod = alone(unit, &numbered, state, source, &[place(footprint, centre)])?[0][0];
-        let level = (lod.round().max(0.0) as usize).min(3);
+        let level = to_index(lod.round().into()).min(3);
         // The level's own share of the colours.
         let share = 1.0 - (f64::from(lod) - level as f64).abs();
         let texel = libm::exp2(level as f64);
@@ -155,7 +157,7 @@ pub fn taps(
 /// A look-up with a footprint on a texture of `size` texels, at a place in texels.
 #[must_use]
 pub fn query_on(footprint: &Footprint, size: usize, at: [f64; 2]) -> Query {
-    let scale = |v: [f64; 2]| [0, 1, 2].map(|i| v.get(i).map_or(0.0, |c| (c / size as f64) as f32));
+    let scale = |v: [f64; 2]| [0, 1, 2].map(|i| v.get(i).map_or(0.0, |c| to_f32(c / size as f64)));
     let [dx, dy] = footprint.derivatives();
     Query {
         at: scale(at),

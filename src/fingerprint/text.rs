@@ -6,7 +6,7 @@ use super::levels::SIZE;
 use super::steps::{SWEEP, Staircase, Steps};
 use super::taps::Taps;
 use super::unit::{Format, Shape, Source};
-use super::{Filter, Fingerprint, shape_name, source_name};
+use super::{Filter, Fingerprint, honours, shape_name, source_name};
 use crate::report::table::{Align, Table};
 
 /// Writes the report.
@@ -157,9 +157,9 @@ fn gradients(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         "   that look up 4 texels away (differences between invocations would give 2)"
     )?;
     for (clamp, [alone, together]) in &found.neighbours {
-        let verdict = if alone == together && *alone > 0.0 {
+        let verdict = if honours([*alone, *together]) {
             "honoured"
-        } else if alone == together {
+        } else if (alone - together).abs() < 1e-3 {
             "IGNORED"
         } else {
             "IGNORED: differences between neighbouring invocations take their place"
