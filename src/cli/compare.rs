@@ -81,6 +81,7 @@ impl Results {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
+    args.run.adapter.refuse()?;
     let (rungs, skipped) = choose(&args.engines)?;
     let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &rungs)?;
     let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &rungs)?;

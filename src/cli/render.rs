@@ -43,6 +43,7 @@ enum Depth {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
+    args.run.adapter.refuse()?;
     if args.engine == Rung::Gpu {
         return Err(InputError::new(
             "--engine",
