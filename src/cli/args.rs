@@ -174,9 +174,13 @@ pub(super) struct AdapterArgs {
 
 impl AdapterArgs {
     /// Opens the adapter that was named, or the best one.
-    #[allow(dead_code, reason = "the commands that open an adapter follow")]
     pub(super) fn open(&self) -> Result<Gpu, InputError> {
         Ok(Gpu::open(self.name.as_deref())?)
+    }
+
+    /// Whether an adapter was named.
+    pub(super) const fn is_named(&self) -> bool {
+        self.name.is_some()
     }
 
     /// Refuses `--adapter` where nothing runs on a GPU.
