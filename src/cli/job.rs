@@ -6,6 +6,7 @@ use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
 use crate::engine::gpu::GpuEnv;
+use crate::engine::gpu::check::{StageChecks, check_env, check_hit, check_tex};
 use crate::engine::gpu::hit::GpuHit;
 use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
@@ -233,7 +234,7 @@ impl Job {
     /// Renders by a GPU's kernels.
     pub(super) fn render_gpu(
         &self,
-        gpu: Gpu,
+        gpu: &Gpu,
         settings: &Settings,
         progress: Progress<'_>,
     ) -> Result<Rendering, GpuError> {
@@ -244,6 +245,20 @@ impl Job {
                 s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
             }
             Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
+        }
+    }
+
+    /// Every register of every stage of a GPU's kernels against the float reference.
+    pub(super) fn check_stages(
+        &self,
+        gpu: &Gpu,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<StageChecks, GpuError> {
+        match self {
+            Self::Env(s) => check_env(gpu, settings, s, progress),
+            Self::Hit(s) => check_hit(gpu, settings, s, progress),
+            Self::Tex(s) => check_tex(gpu, settings, s, progress),
         }
     }
 

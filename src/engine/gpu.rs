@@ -2,6 +2,8 @@
 //!
 //! Operands are rounded to f32 on the host, maps are uploaded once, fragments go through one fused kernel in batches.
 
+pub mod bounded;
+pub mod check;
 pub mod hit;
 pub mod tex;
 
@@ -205,8 +207,8 @@ pub const ENV_WORDS: Words = Words {
 };
 
 /// The ENV operation on a device.
-pub struct GpuEnv {
-    gpu: Gpu,
+pub struct GpuEnv<'a> {
+    gpu: &'a Gpu,
     program: Program,
     maps: Maps,
     policy: Policy,
@@ -231,30 +233,24 @@ pub fn with_needs(mut policy: Policy, fragment: Option<&Fragment>) -> Policy {
     policy
 }
 
-impl GpuEnv {
+impl<'a> GpuEnv<'a> {
     /// Compiles the kernel and uploads the subject's maps.
     ///
     /// # Errors
     ///
     /// A map beyond the device's limits, or what the driver reports.
-    pub fn new(gpu: Gpu, settings: &Settings, subject: &Subject) -> Result<Self, GpuError> {
+    pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &Subject) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_cube(&subject.map);
         let first = subject.scene.fragments.first().map(|f| &f.fragment);
         Ok(Self {
-            program: Program::new(&gpu, Kernel::Fused(Fused::Env))?,
-            maps: Maps::none(&gpu)?
-                .with_cube(&gpu, &subject.map)?
-                .with_tables(&gpu, &tables.words())?,
+            program: Program::new(gpu, Kernel::Fused(Fused::Env))?,
+            maps: Maps::none(gpu)?
+                .with_cube(gpu, &subject.map)?
+                .with_tables(gpu, &tables.words())?,
             policy: with_needs(policy, first),
             gpu,
         })
-    }
-
-    /// The device.
-    #[must_use]
-    pub const fn gpu(&self) -> &Gpu {
-        &self.gpu
     }
 
     /// Renders all fragments; the seconds hold uploads and read-backs of fragments, not those of maps.
@@ -269,7 +265,7 @@ impl GpuEnv {
         }
         let start = Instant::now();
         let words = self.program.run(
-            &self.gpu,
+            self.gpu,
             &self.maps,
             &self.policy,
             ENV_WORDS,
