@@ -202,6 +202,7 @@ fn stages_json(stages: &StageChecks) -> Value {
     let rows: Vec<Value> = stages
         .rows
         .iter()
+        .filter(|r| r.compared > 0)
         .map(|r| {
             json!({
                 "stage": r.stage.name(), "register": r.register, "compared": r.compared,
@@ -230,7 +231,7 @@ fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(
         ("no bound", Align::Right),
         ("unexplained", Align::Right),
     ]);
-    for r in &stages.rows {
+    for r in stages.rows.iter().filter(|r| r.compared > 0) {
         table.row([
             format!("{}.{}", r.stage.name(), r.register),
             count(r.compared),

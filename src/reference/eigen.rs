@@ -13,6 +13,8 @@ pub struct Axes<R: Real> {
     pub lambda: [R; 2],
     /// Direction of λ1: unit, first component > 0, or (0, 1). Order 1 tables leave it a little short.
     pub axis: [R::Narrow; 2],
+    /// Their squares.
+    pub lambda_sq: [R; 2],
 }
 
 /// λ² = ½(a + c ± √((c − a)² + 4b²)) (Schilling, eq. 16 and 17) and the direction of the major axis.
@@ -56,7 +58,11 @@ pub fn eigen<R: Real, T: Tap>(
     put(tap, Stage::Eigen, "lambda_sq", &lambda_sq);
     put(tap, Stage::Eigen, "lambda", &lambda);
     put(tap, Stage::Eigen, "axis", &axis);
-    Axes { lambda, axis }
+    Axes {
+        lambda,
+        axis,
+        lambda_sq,
+    }
 }
 
 /// The eigenvector of the larger eigenvalue, from the one of its two forms that cancels nothing.

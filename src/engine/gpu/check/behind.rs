@@ -11,7 +11,7 @@ use crate::gpu::maps::Maps;
 use crate::gpu::policy::Policy;
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
-use crate::policy::{Count, Weights};
+use crate::policy::{Axis, Count, Weights};
 use crate::reference::covariance::covariance;
 use crate::reference::eigen::eigen;
 use crate::reference::footprint::{Chain, Rule, footprint};
@@ -177,8 +177,29 @@ impl<'a> Behind<'a> {
         });
         let k = handed(k);
         let policy = (settings.axis, settings.minor);
-        let (axes, recorder, undecided) =
-            recorded(|tap, _| eigen(k, [Some(d), rough], policy, None, tap));
+        // The kernel shifts K by a power of two before it squares it, and the results back: exact.
+        let scale = if settings.axis == Axis::LongerDerivative {
+            1.0
+        } else {
+            scale_of(&k)
+        };
+        let shifted = k.map(|x| Bounded::exact(x.value * scale));
+        let (mut axes, mut recorder, undecided) =
+            recorded(|tap, _| eigen(shifted, [Some(d), rough], policy, None, tap));
+        for (register, component, value, error) in &mut recorder.put {
+            if ["root", "lambda_sq"].contains(register) {
+                *value /= scale;
+                *error /= scale;
+            } else if *register == "lambda" {
+                let squares = axes.lambda_sq[*component];
+                let back = Bounded {
+                    value: squares.value / scale,
+                    error: squares.error / scale,
+                };
+                axes.lambda[*component] = back.sqrt();
+                (*value, *error) = (back.sqrt().value, back.sqrt().error);
+            }
+        }
         cases[1].push(Case {
             pixel,
             operands: bits(&k).chain(bits(&matrices)).collect(),
@@ -339,6 +360,15 @@ struct ProbeCase<'a> {
     index: u32,
     probes: u32,
     settings: &'a Settings,
+}
+
+/// The power of two that brings K's largest entry to [1, 2).
+fn scale_of(k: &[Bounded; 3]) -> f64 {
+    let most = k.iter().fold(0.0f64, |most, x| most.max(x.value.abs()));
+    if most < f64::from(f32::MIN_POSITIVE) {
+        return 1.0;
+    }
+    libm::ldexp(1.0, 1 - libm::frexp(most).1)
 }
 
 /// centre + (2·index + 1 − probes)·step; `operands` start with the centre.

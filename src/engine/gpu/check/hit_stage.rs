@@ -10,7 +10,8 @@ use crate::reference::cube_face::cube_face;
 use crate::reference::hit::step::{Ray, step};
 use crate::reference::real::{Narrow as _, Real as _};
 use crate::reference::vector::{beside, cross, dot, transform};
-use crate::reference::{Flags, NoTap};
+use crate::engine::gpu::bit;
+use crate::reference::{Flag, Flags, NoTap};
 use crate::settings::Settings;
 
 /// Words of the search before its first look-up, and after every one.
@@ -34,7 +35,8 @@ pub(super) fn registers(iterations: u32) -> Vec<Register> {
     out.extend([
         float("tangent", 6),
         float("width", 1),
-        float("d_matrix", 4),
+        float("d", 4),
+        whole("flags"),
     ]);
     out
 }
@@ -246,6 +248,11 @@ pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], r
     } else {
         done = false;
     }
+    let mut flags = if direction.iter().all(|c| c.value == 0.0) {
+        bit(Flag::HitNoDirection)
+    } else {
+        0
+    };
     let mut search = Ray {
         far,
         d: first.d(),
@@ -276,6 +283,9 @@ pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], r
         out.push(expect(ratio(own(turn.0[0]), own(turn.0[1]))));
         let f = turn.ratio();
         let to = side(f);
+        if to > 0 {
+            flags |= bit(Flag::HitOvershoot);
+        }
         let mut next = before.d();
         let mut stays = true;
         if to == 0 {
@@ -311,11 +321,15 @@ pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], r
         }
         out.extend([exactly(status_word(status)), exactly(u32::from(done))]);
     }
-    out.extend(behind(walls, ray, operands, results, &turns, status, r));
+    let (words, raised) = behind(walls, ray, operands, results, &turns, status, r);
+    out.extend(words);
+    // Whether a wall has a plane is no register.
+    let all = (policy.footprint == HitFootprint::Disc).then_some(flags | raised);
+    out.push(all.and_then(exactly));
     out
 }
 
-/// Tangents, width and D.
+/// Tangents, width and D, and the flags of the face.
 fn behind(
     walls: &Walls<'_>,
     ray: &HitFragment,
@@ -324,7 +338,7 @@ fn behind(
     turns: &[Turn<'_>],
     status: HitStatus,
     r: [Bounded; 3],
-) -> Vec<Expected> {
+) -> (Vec<Expected>, u32) {
     let settings = walls.settings;
     let escaped = status == HitStatus::Escaped;
     let rest = &results[4 + TURN * turns.len()..];
@@ -344,21 +358,23 @@ fn behind(
     let wide = if escaped { angle.abs() } else { (width + angle * last.d()).abs() };
     out.push(expect(wide));
     let width = own(rest[6]);
+    let rotation = walls.rotation.as_ref();
+    let mut flags = Flags::default();
+    let facing = cube_face(last.l(), rotation, &mut flags, &mut NoTap);
+    let raised = if flags.contains(Flag::Zero) { bit(Flag::Zero) } else { 0 };
     if ray.cone.is_none() {
         out.extend([None; 4]);
-        return out;
+        return (out, raised);
     }
     if escaped && settings.tex.env == ConeEnv::Otk {
         let constant = Bounded::from_f64(4.0 * std::f64::consts::FRAC_1_PI) * width;
         let zero = exactly(0);
         out.extend([expect(constant), zero, zero, expect(constant)]);
-        return out;
+        return (out, raised);
     }
-    let rotation = walls.rotation.as_ref();
-    let facing = cube_face(last.l(), rotation, &mut Flags::default(), &mut NoTap);
     let columns = t.map(|t| facing.numerator(walls.turn(t)).map(|x| x * facing.inv_ma * width));
     for row in 0..2 {
         out.extend(columns.map(|column| expect(column[row])));
     }
-    out
+    (out, raised)
 }
