@@ -239,7 +239,10 @@ impl Job {
         progress: Progress<'_>,
     ) -> Result<Rendering, GpuError> {
         match self {
-            Self::Env(s) => GpuEnv::new(gpu, settings, s)?.render(s, progress),
+            Self::Env(s) => {
+                let first = s.scene.fragments.first().map(|f| &f.fragment);
+                GpuEnv::new(gpu, settings, &s.map, first)?.render(s, progress)
+            }
             Self::Hit(s) => {
                 let map = Some(&s.map);
                 s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
@@ -256,8 +259,11 @@ impl Job {
         progress: Progress<'_>,
     ) -> Result<StageChecks, GpuError> {
         match self {
-            Self::Env(s) => check_env(gpu, settings, s, progress),
-            Self::Hit(s) => check_hit(gpu, settings, s, progress),
+            Self::Env(s) => check_env(gpu, settings, &s.map, &s.scene.fragments, progress),
+            Self::Hit(s) => {
+                let rays: Vec<_> = s.scene.rays.iter().map(|r| (r.pixel, r.fragment)).collect();
+                check_hit(gpu, settings, (&s.map, &s.distance), &rays, progress)
+            }
             Self::Tex(s) => check_tex(gpu, settings, s, progress),
         }
     }

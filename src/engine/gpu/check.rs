@@ -15,7 +15,7 @@ use env::{Rotation, rotation};
 
 pub use env::check_env;
 pub use hit::check_hit;
-pub use tex::check_tex;
+pub use tex::{Requests, check_requests, check_tex};
 
 use std::collections::HashMap;
 

@@ -83,12 +83,14 @@ impl<'a> GpuHit<'a> {
             let size = face_size.max(1);
             policy.with_size([size; 2], size.ilog2() as usize + 1)
         };
-        Ok(Self {
+        let out = Self {
             program: Program::new(gpu, Kernel::Fused(Fused::Hit))?,
             maps,
             policy,
             gpu,
-        })
+        };
+        out.program.warm(gpu, &out.maps, &out.policy, HIT_WORDS)?;
+        Ok(out)
     }
 
     /// Every ray's result, in order.

@@ -171,14 +171,20 @@ impl<'a> GpuTex<'a> {
             maps: maps()?.with_cube(gpu, &subject.sky)?,
             policy: policy.clone().with_cube(&subject.sky),
         };
-        Ok(Self {
+        let out = Self {
             tex: Program::new(gpu, Kernel::Fused(Fused::Tex))?,
             sky: Program::new(gpu, Kernel::Fused(Fused::Sky))?,
             textures,
             environment,
             wrap: settings.tex.wrap,
             gpu,
-        })
+        };
+        if let Some(texture) = out.textures.first() {
+            out.tex.warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+        }
+        let environment = &out.environment;
+        out.sky.warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        Ok(out)
     }
 
     /// Rows whose requests go to the device together.

@@ -2,7 +2,8 @@
 
 use super::behind::{Behind, Footing};
 use super::{Bounded, CHUNK, Case, Checker, Register, StageChecks, Station, bits, float, handed, handed_on, ports, recorded, whole};
-use crate::engine::{Progress, Subject, to_u64};
+use crate::cube::CubeMap;
+use crate::engine::{Progress, to_u64};
 use crate::fragment::PixelFragment;
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
@@ -210,7 +211,7 @@ fn fragment_cases(
     }
 }
 
-/// Checks every register of every stage of the ENV operation over a subject's fragments.
+/// Checks every register of every stage of the ENV operation over fragments that all have what the first one has.
 ///
 /// # Errors
 ///
@@ -218,17 +219,18 @@ fn fragment_cases(
 pub fn check_env(
     gpu: &Gpu,
     settings: &Settings,
-    subject: &Subject,
+    map: &CubeMap,
+    fragments: &[PixelFragment],
     progress: Progress<'_>,
 ) -> Result<StageChecks, GpuError> {
-    let mut behind = Behind::cube(gpu, settings, &subject.map)?;
-    let first = subject.scene.fragments.first().map(|f| &f.fragment);
+    let mut behind = Behind::cube(gpu, settings, map)?;
+    let first = fragments.first().map(|f| &f.fragment);
     let policy: Policy = crate::engine::gpu::with_needs(behind.policy.clone(), first);
     behind.policy = policy;
     let maps = Maps::none(gpu)?;
     let rotation = rotation(settings);
     let mut checker = Checker::new(gpu);
-    for chunk in subject.scene.fragments.chunks(CHUNK) {
+    for chunk in fragments.chunks(CHUNK) {
         let mut cases: [Vec<Case>; 6] = Default::default();
         let footings: Vec<Footing> = chunk
             .iter()

@@ -4,11 +4,13 @@ use super::behind::{Behind, Footing};
 use super::env::{CUBE_FACE, facing_case};
 use super::hit_stage::{Walls, expected, registers};
 use super::{Bounded, CHUNK, Case, Checker, StageChecks, Station, ports, rotation};
+use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::hit::encode;
-use crate::engine::hit_subject::HitSubject;
+use crate::engine::hit::HitF64;
 use crate::engine::{Progress, to_u64};
+use crate::fragment::HitFragment;
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
 use crate::gpu::{Gpu, GpuError};
@@ -30,7 +32,7 @@ impl Tap for Matrix {
     fn event(&mut self, _: &'static str) {}
 }
 
-/// Checks every register of every stage of the HIT operation over a subject's rays.
+/// Checks every register of every stage of the HIT operation over rays, each with its pixel.
 ///
 /// # Errors
 ///
@@ -38,52 +40,53 @@ impl Tap for Matrix {
 pub fn check_hit(
     gpu: &Gpu,
     settings: &Settings,
-    subject: &HitSubject,
+    (map, distance): (&CubeMap, &Distance),
+    rays: &[([u32; 2], HitFragment)],
     progress: Progress<'_>,
 ) -> Result<StageChecks, GpuError> {
-    let behind = Behind::cube(gpu, settings, &subject.map)?;
-    let maps = Maps::none(gpu)?.with_distance(gpu, &subject.distance)?;
-    let policy = behind.policy.clone().with_distance(&subject.distance);
-    let distances = Distances::new(&subject.distance);
+    let behind = Behind::cube(gpu, settings, map)?;
+    let maps = Maps::none(gpu)?.with_distance(gpu, distance)?;
+    let policy = behind.policy.clone().with_distance(distance);
+    let distances = Distances::new(distance);
     let rotation = rotation(settings);
     let walls = Walls {
         distances: &distances,
-        half_edges: match &subject.distance {
+        half_edges: match distance {
             Distance::Box(half_edges) => Some(*half_edges),
             Distance::Cube(_) | Distance::Sphere(_) => None,
         },
-        radius: match &subject.distance {
+        radius: match distance {
             Distance::Sphere(radius) => Some(*radius),
             Distance::Cube(_) | Distance::Box(_) => None,
         },
         rotation,
         settings,
     };
-    let reference = subject.reference(settings);
+    let reference = HitF64::new(settings, distance, Some(map), map.size());
     let registers = registers(settings.hit.iterations);
     let mut checker = Checker::new(gpu);
-    for rays in subject.scene.rays.chunks(CHUNK) {
+    for rays in rays.chunks(CHUNK) {
         let mut cases = Vec::with_capacity(rays.len());
         let mut faces = Vec::with_capacity(rays.len());
         let mut footings = Vec::with_capacity(rays.len());
-        for ray in rays {
+        for (pixel, ray) in rays {
             let mut operands = Operands::new(Flag::HitNotFinite);
-            encode(&mut operands, &ray.fragment);
+            encode(&mut operands, ray);
             // The stage's own kernel takes no mark of a cone.
             operands.words.pop();
             cases.push(Case {
-                pixel: ray.pixel,
+                pixel: *pixel,
                 operands: operands.words,
                 ..Case::default()
             });
             let mut d = Matrix::default();
-            let found = reference.trace(&ray.fragment, &mut d);
-            let (case, facing) = facing_case(ports(found.hit.l), &walls.rotation, ray.pixel);
+            let found = reference.trace(ray, &mut d);
+            let (case, facing) = facing_case(ports(found.hit.l), &walls.rotation, *pixel);
             faces.push(case);
             if found.env.is_some() {
                 let d: [Bounded; 4] = ports(d.0);
                 footings.push(Footing {
-                    pixel: ray.pixel,
+                    pixel: *pixel,
                     face: facing.face,
                     centre: [facing.u, facing.v],
                     d: [[d[0], d[1]], [d[2], d[3]]],
@@ -99,7 +102,7 @@ pub fn check_hit(
         };
         let fragments = std::cell::Cell::new(0);
         checker.stage(&station, &mut cases, &|case, results| {
-            let ray = &rays[fragments.get()].fragment;
+            let (_, ray) = &rays[fragments.get()];
             fragments.set(fragments.get() + 1);
             let _ = Bounded::undecided();
             case.expected = expected(&walls, ray, &case.operands, results);

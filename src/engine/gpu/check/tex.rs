@@ -10,6 +10,7 @@ use crate::engine::{Progress, to_u64};
 use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
+use crate::planar::PlanarMap;
 use crate::gpu::{Gpu, GpuError};
 use crate::reference::Flag;
 use crate::reference::ray_cone::{Cone, Step, after, camera::Larger};
@@ -168,6 +169,65 @@ fn surface_case(
     (case, footing)
 }
 
+/// Requests to one texture and steps of cones, each with its pixel.
+#[derive(Clone, Debug, Default)]
+pub struct Requests {
+    /// A ray at a surface and the width of its cone.
+    pub surfaces: Vec<([u32; 2], TexFragment, f64)>,
+    /// A cone before a step, and the step.
+    pub steps: Vec<([u32; 2], Cone, Step)>,
+}
+
+impl Requests {
+    /// Checks them against a texture.
+    fn check(
+        &self,
+        checker: &mut Checker<'_>,
+        settings: &Settings,
+        (behind, size): (&Behind<'_>, [usize; 2]),
+        maps: &Maps,
+    ) -> Result<(), GpuError> {
+        let station = |stage: Stage, registers| Station {
+            kernel: Kernel::Stage(stage),
+            maps,
+            policy: &behind.policy,
+            registers,
+        };
+        let steps = self.steps.iter();
+        let mut cones: Vec<Case> =
+            steps.map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel)).collect();
+        checker.stage(&station(Stage::RayCone, RAY_CONE), &mut cones, &|_, _| {})?;
+        let (mut surfaces, footings): (Vec<Case>, Vec<Footing>) = self
+            .surfaces
+            .iter()
+            .map(|(pixel, fragment, width)| surface_case(settings, fragment, *width, size, *pixel))
+            .unzip();
+        let surface = station(Stage::SurfaceFootprint, SURFACE);
+        checker.stage(&surface, &mut surfaces, &|_, _| {})?;
+        behind.check(checker, &footings)?;
+        checker.found.fragments += to_u64(footings.len());
+        Ok(())
+    }
+}
+
+/// Checks every register of every stage of the TEX operation over requests to one texture.
+///
+/// # Errors
+///
+/// What the driver reports.
+pub fn check_requests(
+    gpu: &Gpu,
+    settings: &Settings,
+    map: &PlanarMap,
+    requests: &Requests,
+) -> Result<StageChecks, GpuError> {
+    let behind = Behind::planar(gpu, settings, map)?;
+    let mut checker = Checker::new(gpu);
+    let maps = Maps::none(gpu)?;
+    requests.check(&mut checker, settings, (&behind, map.size()), &maps)?;
+    Ok(checker.found)
+}
+
 /// Checks every register of every stage of the TEX operation over the first path of each pixel.
 ///
 /// # Errors
@@ -182,16 +242,14 @@ pub fn check_tex(
     let scene = &subject.scene;
     let textures = scene.textures.iter();
     let behind = textures
-        .map(|map| Behind::planar(gpu, settings, map))
-        .collect::<Result<Vec<_>, _>>()?;
+        .map(|map| Ok((Behind::planar(gpu, settings, map)?, map.size())))
+        .collect::<Result<Vec<_>, GpuError>>()?;
     let maps = Maps::none(gpu)?;
     let mut checker = Checker::new(gpu);
     let mut path = Path::default();
     for first in (0..scene.height).step_by(ROWS) {
         let last = (first + ROWS).min(scene.height);
-        let mut cones = Vec::new();
-        let mut surfaces: Vec<Vec<Case>> = vec![Vec::new(); behind.len()];
-        let mut footings: Vec<Vec<Footing>> = behind.iter().map(|_| Vec::new()).collect();
+        let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
             let pixel = [x, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
             scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
@@ -203,29 +261,16 @@ pub fn check_tex(
             let lens = scene.camera.lens;
             walk(&mut remembering, &settings.tex, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(look) = asked {
-                    let size = scene.textures[look.texture].size();
-                    let width = cone.width.0;
-                    let (case, footing) = surface_case(settings, &look.fragment, width, size, pixel);
-                    surfaces[look.texture].push(case);
-                    footings[look.texture].push(footing);
+                    let request = (pixel, look.fragment, cone.width.0);
+                    requests[look.texture].surfaces.push(request);
                 }
             });
-            cones.extend(steps.into_iter().map(|(cone, step)| cone_case(settings, cone, step, pixel)));
-        }
-        for (at, behind) in behind.iter().enumerate() {
-            let station = |stage: Stage, registers| Station {
-                kernel: Kernel::Stage(stage),
-                maps: &maps,
-                policy: &behind.policy,
-                registers,
-            };
-            if at == 0 {
-                checker.stage(&station(Stage::RayCone, RAY_CONE), &mut cones, &|_, _| {})?;
+            if let Some(first) = requests.first_mut() {
+                first.steps.extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
             }
-            let station = station(Stage::SurfaceFootprint, SURFACE);
-            checker.stage(&station, &mut surfaces[at], &|_, _| {})?;
-            behind.check(&mut checker, &footings[at])?;
-            checker.found.fragments += to_u64(footings[at].len());
+        }
+        for (requests, (behind, size)) in requests.iter().zip(&behind) {
+            requests.check(&mut checker, settings, (behind, *size), &maps)?;
         }
         progress(to_u64((last - first) * scene.width));
     }
