@@ -178,6 +178,11 @@ impl AdapterArgs {
         Ok(Gpu::open(self.name.as_deref())?)
     }
 
+    /// Whether an adapter was named.
+    pub(super) const fn is_named(&self) -> bool {
+        self.name.is_some()
+    }
+
     /// Refuses `--adapter` where nothing runs on a GPU.
     pub(super) fn refuse(&self) -> Result<(), InputError> {
         let Some(name) = &self.name else {

@@ -23,7 +23,11 @@
 
 pub mod adapter;
 pub mod device;
+pub mod dispatch;
 mod error;
+pub mod kernels;
+pub mod maps;
+pub mod policy;
 pub mod sampling;
 
 pub use adapter::AdapterFacts;
