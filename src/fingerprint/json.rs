@@ -132,9 +132,7 @@ fn filter(f: &Filter) -> Value {
         "rule": rule(&f.rule),
         "lod_worst": f.lod.worst,
         "lod_mean": f.lod.mean,
-        "shape_worst": f.line.worst,
-        "shape_mean": f.line.mean,
-        "next_shape": fit(&f.next_line, |line| line.name()),
+        "shapes": f.lines.iter().take(3).map(|f| fit(f, |line| line.name())).collect::<Vec<_>>(),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Probes of the level of detail: its weights, its curve, which length the derivatives have.
 
 use super::rho::{PLANAR_RULES, Rho};
-use super::steps::{SWEEP, Staircase, grid_bits, staircase};
+use super::steps::{SWEEP, Staircase, fraction, grid_bits, staircase};
 use super::unit::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };
@@ -79,8 +79,8 @@ impl Log {
     /// One octave of a curve.
     #[must_use]
     pub fn octave(self) -> Vec<f64> {
-        let mut octave: Vec<f64> = (0..CURVE)
-            .map(|i| self.fraction(i as f64 / CURVE as f64))
+        let mut octave: Vec<f64> = (0..SWEEP)
+            .map(|k| self.fraction(f64::from(k) / f64::from(SWEEP)))
             .collect();
         octave.push(1.0);
         octave
@@ -93,9 +93,10 @@ pub fn lod_on(octave: &[f64], log2: f64) -> f64 {
     if log2.is_nan() || log2 <= 0.0 {
         return 0.0;
     }
-    let place = (log2 - log2.floor()) * CURVE as f64;
+    let points = octave.len() - 1;
+    let place = (log2 - log2.floor()) * points as f64;
     let below = place.floor();
-    let index = to_index(below).min(CURVE - 1);
+    let index = to_index(below).min(points - 1);
     let (a, b) = (octave[index], octave[index + 1]);
     log2.floor() + a + (b - a) * (place - below)
 }
@@ -105,7 +106,7 @@ pub fn lod_on(octave: &[f64], log2: f64) -> f64 {
 pub struct Curve {
     /// λ at log2 ρ = −1 + i/[`CURVE`].
     pub lods: Vec<f64>,
-    /// One octave, from log2 ρ = 2 on: λ − 2 at its points, the last one included.
+    /// One octave, from log2 ρ = 2 on: λ − 2 at its 4097 points, both ends included.
     pub octave: Vec<f64>,
     /// Smallest and largest λ − log2 ρ above log2 ρ = 0.
     pub error: [f64; 2],
@@ -166,46 +167,45 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
     Ok(staircase(seen.into_iter().map(|lod| lod - 2.0).collect()))
 }
 
-/// The curve for footprints that are as wide as high.
+/// The curve, of footprints that have a derivative along one axis alone: all rules of length agree on those.
 ///
 /// # Errors
 ///
 /// What the device reports.
 pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, GpuError> {
-    let square = |log2: f64| query([libm::exp2(log2), 0.0], [0.0, libm::exp2(log2)]);
+    let line = |log2: f64| query([libm::exp2(log2), 0.0], [0.0; 2]);
     let state = State::trilinear(1);
     let place = |i: usize| i as f64 / CURVE as f64 - 1.0;
-    let queries: Vec<Query> = (0..=OCTAVES * CURVE).map(|i| square(place(i))).collect();
+    let queries: Vec<Query> = (0..=OCTAVES * CURVE).map(|i| line(place(i))).collect();
     let measured = lods(unit, state, Source::Gradient, &queries)?;
     let mut error = [f64::INFINITY, f64::NEG_INFINITY];
     for (i, lod) in measured.iter().enumerate().skip(CURVE) {
         error = [error[0].min(lod - place(i)), error[1].max(lod - place(i))];
     }
-    let start = 3 * CURVE;
-    let octave: Vec<f64> = measured[start..=start + CURVE]
-        .iter()
-        .map(|l| l - 2.0)
-        .collect();
     let mut repeats = 0.0f64;
     for i in CURVE..=(OCTAVES - 1) * CURVE {
         repeats = repeats.max((measured[i + CURVE] - measured[i] - 1.0).abs());
     }
-    let points: Vec<(f64, f64)> = (0..CURVE)
-        .map(|i| (i as f64 / CURVE as f64, octave[i]))
-        .collect();
-    let logs = rank(&LOGS, &points, |log, f| log.fraction(*f));
     let fine: Vec<Query> = (0..=SWEEP)
-        .map(|k| square(2.0 + f64::from(k) / f64::from(SWEEP)))
+        .map(|k| line(2.0 + f64::from(k) / f64::from(SWEEP)))
         .collect();
     let fine = lods(unit, state, Source::Gradient, &fine)?;
-    let bits = grid_bits(&fine);
-    let distinct = staircase(fine).distinct;
+    let octave: Vec<f64> = fine.into_iter().map(|l| l - 2.0).collect();
+    let bits = grid_bits(&octave);
+    let distinct = staircase(octave.clone()).distinct;
+    let points: Vec<(f64, f64)> = octave
+        .iter()
+        .enumerate()
+        .map(|(k, l)| (fraction(k), *l))
+        .take(SWEEP as usize)
+        .collect();
+    let logs = rank(&LOGS, &points, |log, f| log.fraction(*f));
     let nearest = State {
         linear_mips: false,
         ..state
     };
     let switch: Vec<Query> = (0..=SWEEP)
-        .map(|k| square(1.0 + f64::from(k) / f64::from(SWEEP)))
+        .map(|k| line(1.0 + f64::from(k) / f64::from(SWEEP)))
         .collect();
     let switch = lods(unit, nearest, Source::Gradient, &switch)?;
     let first = switch.iter().position(|l| *l > 1.5).unwrap_or(switch.len());

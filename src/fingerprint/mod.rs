@@ -59,10 +59,8 @@ pub struct Filter {
     pub rule: Rule,
     /// How well the level of detail fits: distances in levels.
     pub lod: Fit<LodRule>,
-    /// How well the line fits: distances in colours of noise 0…1.
-    pub line: Fit<Line>,
-    /// The second best line.
-    pub next_line: Fit<Line>,
+    /// How well each line fits, the best first: distances in colours of noise 0…1.
+    pub lines: Vec<Fit<Line>>,
 }
 
 /// A footprint of the tap map: every texel's weight, and the taps if there are any.
@@ -165,20 +163,16 @@ pub fn fingerprint(
             let levels = aniso::levels(unit, &curve.octave, *clamp, source)?;
             if *clamp > 1 {
                 let lod = levels.rules[0];
-                filters.push(filter(
-                    unit,
-                    &mut model,
-                    Shape::Planar,
-                    lod,
-                    *clamp,
-                    source,
-                )?);
-                let lod = cube::aniso(unit, &curve.octave, cube_rho[0].rule, (*clamp, source))?[0];
-                filters.push(filter(unit, &mut model, Shape::Cube, lod, *clamp, source)?);
+                let kind = (*clamp, source);
+                filters.push(filter(unit, &model, Shape::Planar, lod, kind)?);
+                let lod = cube::aniso(unit, &curve.octave, cube_rho[0].rule, kind)?[0];
+                filters.push(filter(unit, &model, Shape::Cube, lod, kind)?);
             }
             ratios.push(levels);
         }
     }
+    settle(&mut filters);
+    model.rules = filters.iter().map(|f| f.rule).collect();
     let honoured = neighbours.iter().all(|(_, lods)| honours(*lods));
 
     progress("taps");
@@ -226,14 +220,13 @@ pub fn fingerprint(
     })
 }
 
-/// Finds the line of a kind of look-up whose level of detail is known, and adds both to the model.
+/// Finds the line of a kind of look-up whose level of detail is known.
 fn filter(
     unit: &mut dyn TextureUnit,
-    model: &mut Model,
+    model: &Model,
     shape: Shape,
     lod: Fit<LodRule>,
-    clamp: u16,
-    source: Source,
+    (clamp, source): (u16, Source),
 ) -> Result<Filter, GpuError> {
     let mut rule = Rule {
         shape,
@@ -244,13 +237,23 @@ fn filter(
     };
     let lines = check::lines(unit, model, rule)?;
     rule.line = lines[0].rule;
-    model.rules.push(rule);
-    Ok(Filter {
-        rule,
-        lod,
-        line: lines[0],
-        next_line: lines[1],
-    })
+    Ok(Filter { rule, lod, lines })
+}
+
+/// Where a small clamp cannot tell two lines apart, it has the one of the largest clamp.
+fn settle(filters: &mut [Filter]) {
+    let largest: Vec<Rule> = filters.iter().map(|f| f.rule).collect();
+    for filter in filters {
+        let of_kind = |r: &&Rule| (r.shape, r.source) == (filter.rule.shape, filter.rule.source);
+        let Some(last) = largest.iter().filter(of_kind).max_by_key(|r| r.clamp) else {
+            continue;
+        };
+        let as_good = |f: &Fit<Line>| f.rule == last.line && f.mean <= filter.lines[0].mean * 1.01;
+        if let Some(at) = filter.lines.iter().position(as_good) {
+            filter.lines.swap(0, at);
+            filter.rule.line = last.line;
+        }
+    }
 }
 
 /// The footprints of the tap table.

@@ -180,8 +180,8 @@ fn filter_row(table: &mut Table, f: &Filter) {
         rule.clamp.to_string(),
         format!("{}; {}", rule.lod.width.name(), rule.lod.mix.name()),
         format!("{:.1e}", f.lod.worst),
-        format!("{:.1e}", f.line.mean),
-        format!("{:.1e}", f.next_line.mean),
+        format!("{:.1e}", f.lines[0].mean),
+        format!("{:.1e}", f.lines[1].mean),
     ]);
 }
 
