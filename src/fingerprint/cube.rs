@@ -197,6 +197,17 @@ fn cases() -> Vec<Query> {
         .collect()
 }
 
+/// Whether the quad of a look-up lies on several faces: what a driver takes for its differences is then not defined by a rule of
+/// one face.
+#[must_use]
+pub fn straddles(query: &Query) -> bool {
+    let face = |d: [f32; 3]| major_face(d.map(f64::from));
+    let add = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
+    let right = add(query.at, query.dx);
+    let quad = [right, add(query.at, query.dy), add(right, query.dy)];
+    quad.iter().any(|d| face(*d) != face(query.at))
+}
+
 /// λ of look-ups on a cube.
 fn lods(
     unit: &mut dyn TextureUnit,
@@ -245,7 +256,9 @@ pub fn aniso(
     (projection, rho): (Projection, Rho),
     (clamp, source): (u16, Source),
 ) -> Result<Vec<Fit<LodRule>>, GpuError> {
-    let cases = lods(unit, State::trilinear(clamp), source, &cases())?;
+    let mut queries = cases();
+    queries.retain(|q| source != Source::Quad || !straddles(q));
+    let cases = lods(unit, State::trilinear(clamp), source, &queries)?;
     Ok(rank(&rules(), &cases, |rule, q| {
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));
         let pair = [dx, dy].map(|d| projection.on_face(at, d, SIZE as f64));

@@ -78,6 +78,7 @@ fn steps(steps: Steps) -> Value {
             "rounding": match rounding {
                 Rounding::Floor => "floor",
                 Rounding::Nearest => "nearest",
+                Rounding::NearestEven => "nearest-even",
             },
         }),
     }

@@ -178,7 +178,7 @@ fn filter_row(table: &mut Table, f: &Filter) {
         shape_name(rule.shape).to_string(),
         source_name(rule.source).to_string(),
         rule.clamp.to_string(),
-        format!("{}; {}", rule.lod.width.name(), rule.lod.mix.name()),
+        rule.lod.name(),
         format!("{:.1e}", f.lod.worst),
         format!("{:.1e}", f.lines[0].mean),
         format!("{:.1e}", f.lines[1].mean),

@@ -14,13 +14,14 @@ use tapline::fingerprint::{Fingerprint, fingerprint, honours};
 use crate::models::{bits, odd, orthodox};
 
 fn sweep(weight: impl Fn(f64) -> f64) -> Staircase {
-    staircase((0..=4096).map(|k| weight(f64::from(k) / 4096.0)).collect())
+    let weights = (0..=4096).map(|k| weight(f64::from(k) / 4096.0));
+    staircase(weights.collect(), None)
 }
 
 #[test]
 fn every_staircase_of_up_to_ten_bits_is_recognised_and_smooth_weights_are_none() {
     for width in 1..=10 {
-        for rounding in [Rounding::Floor, Rounding::Nearest] {
+        for rounding in Rounding::ALL {
             let rule = bits(width, rounding);
             let found = sweep(|f| rule.weight(f));
             assert_eq!(found.steps, rule);
