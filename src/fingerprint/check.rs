@@ -103,7 +103,10 @@ pub fn lines(
     rule: Rule,
 ) -> Result<Vec<Fit<Line>>, GpuError> {
     let image = noise(rule.shape);
-    let queries = look_ups(rule.shape, CASES);
+    let mut queries = look_ups(rule.shape, CASES);
+    if rule.shape == Shape::Cube && rule.source == Source::Quad {
+        queries.retain(|q| !straddles(q));
+    }
     let state = State::trilinear(rule.clamp);
     let seen = alone(unit, &image, state, rule.source, &queries)?;
     let mut fits = Vec::new();

@@ -8,7 +8,7 @@ use super::taps::{Transfer, transfer};
 use super::unit::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };
-use crate::cube::{FACE_NAMES, direction, major_face};
+use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
 use crate::gpu::GpuError;
 
 /// Texels along an edge of a face for the level of detail.
@@ -257,7 +257,14 @@ pub fn aniso(
     (clamp, source): (u16, Source),
 ) -> Result<Vec<Fit<LodRule>>, GpuError> {
     let mut queries = cases();
-    queries.retain(|q| source != Source::Quad || !straddles(q));
+    if source == Source::Quad {
+        // In the face's plane: there the difference of two projected pixels is the derivative.
+        for q in &mut queries {
+            let (major, _) = FACE_AXES[major_face(q.at.map(f64::from))][2];
+            (q.dx[major], q.dy[major]) = (0.0, 0.0);
+        }
+        queries.retain(|q| !straddles(q));
+    }
     let cases = lods(unit, State::trilinear(clamp), source, &queries)?;
     Ok(rank(&rules(), &cases, |rule, q| {
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));

@@ -192,7 +192,7 @@ fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
     }
     writeln!(
         out,
-        "   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes 512 random ones)"
+        "   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes up to 512 random ones)"
     )?;
     writeln!(
         out,
