@@ -260,7 +260,11 @@ fn settle(filters: &mut [Filter]) {
 fn table(clamps: &[u16]) -> Vec<Footprint> {
     let mut table = Vec::new();
     for clamp in clamps {
-        table.extend(TABLE_RATIOS.map(|ratio| Footprint {
+        // Beyond eight clamps the level is so small that edges come near.
+        let ratios = TABLE_RATIOS
+            .into_iter()
+            .filter(|r| *r <= 8.0 * f64::from(*clamp));
+        table.extend(ratios.map(|ratio| Footprint {
             clamp: *clamp,
             ratio,
             degrees: 0.0,

@@ -12,7 +12,11 @@ use super::unit::{
 use crate::gpu::GpuError;
 
 /// Texels along an edge of the hinge.
-const HINGE: usize = 64;
+const HINGE: usize = 256;
+/// Levels of that texture.
+const LEVELS: usize = 9;
+/// The highest level whose middle is far enough from the edges for the sweep.
+const TOP: usize = 3;
 /// Points of the sweep in a texel.
 const FINE: usize = 16;
 /// Texels that the sweep reaches to either side: half the longest line and two more.
@@ -106,7 +110,7 @@ fn finest(unit: &dyn TextureUnit) -> Format {
 
 /// Hinges along x and y in one level, the others empty: max(0, x), max(0, x)·y, max(0, y), max(0, y)·x.
 fn hinge(format: Format, in_level: usize) -> Image {
-    Image::new(Shape::Planar, format, HINGE, 7, |level, _, x, y| {
+    Image::new(Shape::Planar, format, HINGE, LEVELS, |level, _, x, y| {
         if level != in_level {
             return [0.0; 4];
         }
@@ -127,15 +131,16 @@ pub fn taps(
     footprints: &[Footprint],
 ) -> Result<Vec<Taps>, GpuError> {
     let format = finest(unit);
+    let hinges: Vec<Image> = (0..=TOP).map(|level| hinge(format, level)).collect();
+    let numbered = super::levels::numbered(Shape::Planar, HINGE, LEVELS);
     let mut found = Vec::new();
     for footprint in footprints {
         let state = State::trilinear(footprint.clamp);
         let centre = [(HINGE as f64 + 1.0) / 2.0; 2];
-        let numbered = super::levels::numbered(Shape::Planar, HINGE, 7);
         let lod = alone(unit, &numbered, state, source, &[place(footprint, centre)])?[0][0];
-        let level = to_index(lod.round().into()).min(3);
+        let level = to_index(lod.round().into()).min(TOP);
         // The level's own share of the colours.
-        let share = 1.0 - (f64::from(lod) - level as f64).abs();
+        let share = (1.0 - (f64::from(lod) - level as f64).abs()).max(f64::MIN_POSITIVE);
         let texel = libm::exp2(level as f64);
         let [dx, _] = footprint.derivatives();
         let along = usize::from(dx[1].abs() > dx[0].abs());
@@ -148,7 +153,7 @@ pub fn taps(
                 place(footprint, at)
             })
             .collect();
-        let seen = alone(unit, &hinge(format, level), state, source, &queries)?;
+        let seen = alone(unit, &hinges[level], state, source, &queries)?;
         found.push(comb(*footprint, lod.into(), &seen, along, share));
     }
     Ok(found)
