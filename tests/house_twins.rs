@@ -110,7 +110,11 @@ fn every_stage_file_defines_a_function_of_its_own_name() {
     for name in stages() {
         let path = house::root("src/gpu/shaders").join(format!("{name}.wgsl"));
         let text = house::read(&path);
-        let function = if name == "filter" { "filter_cube" } else { &name };
+        let function = if name == "filter" {
+            "filter_cube"
+        } else {
+            &name
+        };
         if !text.contains(&format!("\nfn {function}(")) {
             problems.push(format!("src/gpu/shaders/{name}.wgsl has no fn {function}"));
         }
