@@ -266,7 +266,12 @@ fn render_all(
         Some(gpu) if both == [true; 2] => {
             let bar = Bar::new("stages", job.total(Rung::Rtl));
             let checked = job.check_stages(gpu, settings, &|n| bar.add(n));
-            Some(checked.map_err(InputError::from)?)
+            let mut checked = checked.map_err(InputError::from)?;
+            if let (Some(first), Some(rtl)) = (&mut checked.first, &rtl) {
+                let register = (first.stage.name(), first.register);
+                first.rtl = job.rtl_register(rtl, settings, first.pixel, register);
+            }
+            Some(checked)
         }
         Some(_) | None => None,
     };

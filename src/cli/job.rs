@@ -1,5 +1,7 @@
 //! What a command renders: a scene of the ENV or of the HIT operation, by any engine.
 
+use rtl_model::regs::Reg;
+
 use super::args::SceneArgs;
 use super::subject;
 use crate::caustic::Caustic;
@@ -11,6 +13,7 @@ use crate::engine::gpu::hit::GpuHit;
 use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
+use crate::engine::probe::{self, RtlProbe};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::sampler::SamplerEngine;
@@ -333,6 +336,43 @@ impl Job {
             (Self::Tex(s), Rtl::Tex(e)) => Some(s.registers(e, settings, progress)),
             (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => None,
         }
+    }
+
+    /// A register of the integer model at the first fragment of a pixel; nothing where it has none of that name.
+    pub(super) fn rtl_register(
+        &self,
+        rtl: &Rtl,
+        settings: &Settings,
+        pixel: [u32; 2],
+        (stage, register): (&str, &str),
+    ) -> Option<Vec<f64>> {
+        let reg = Reg::find(stage, register)?;
+        let mut probe = RtlProbe::default();
+        match (self, rtl) {
+            (Self::Env(s), Rtl::Env(e)) => {
+                let f = s.scene.fragments.iter().find(|f| f.pixel == pixel)?;
+                let texture = Some(&e.texture);
+                probe::rtl(&e.unit, &e.config, &f.fragment, texture, &mut probe);
+            }
+            (Self::Hit(s), Rtl::Hit(e)) => {
+                let ray = s.scene.rays.iter().find(|r| r.pixel == pixel)?;
+                e.trace(&ray.fragment, &mut probe);
+            }
+            (Self::Tex(s), Rtl::Tex(e)) => {
+                let [column, row] = pixel.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+                let mut done = false;
+                s.each_look(e, settings, row, &mut |x, look, words, _| {
+                    if x == column && !done {
+                        let words = std::slice::from_ref(words);
+                        let _ = e.textures[look.texture].lanes::<1, _>(words, &mut probe);
+                        done = true;
+                    }
+                });
+            }
+            (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => return None,
+        }
+        let values = probe.get(reg).iter().filter(|code| code.is_written());
+        Some(values.map(|code| code.value()).collect())
     }
 
     /// The caustic by the engines of `rungs`; nothing where no lamp shines through an object.

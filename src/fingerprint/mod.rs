@@ -48,7 +48,7 @@ pub const MAP_ANGLES: [f64; 6] = [0.0, 30.0, 45.0, 60.0, 90.0, 135.0];
 /// Ratios of the tap table.
 const TABLE_RATIOS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 16.0];
 /// Ratios whose angle is swept.
-const SWEPT_RATIOS: [f64; 2] = [4.0, 16.0];
+const SWEPT_RATIOS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 /// Degrees between two angles of that sweep.
 const DEGREES: u32 = 15;
 

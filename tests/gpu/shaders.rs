@@ -100,10 +100,12 @@ fn constant(module: &naga::Module, name: &str) -> u32 {
         .iter()
         .find(|(_, c)| c.name.as_deref() == Some(name))
         .unwrap_or_else(|| panic!("no constant {name}"));
-    match module.global_expressions[constant.init] {
-        naga::Expression::Literal(naga::Literal::U32(value)) => value,
-        ref other => panic!("{name} is {other:?}"),
-    }
+    let naga::Expression::Literal(naga::Literal::U32(value)) =
+        module.global_expressions[constant.init]
+    else {
+        panic!("{name} is no u32");
+    };
+    value
 }
 
 #[test]
