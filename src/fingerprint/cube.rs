@@ -4,7 +4,7 @@ use super::aniso::{LodRule, rules};
 use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
 use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
-use super::taps::{Transfer, transfer};
+use super::transfer::{Transfer, transfer};
 use super::unit::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };

@@ -3,8 +3,9 @@
 use super::cube::{SMALL, Shown};
 use super::levels::CURVE;
 use super::plot::{Axes, Canvas, FAINT, IDEAL, INK, SERIES, heat};
-use super::taps::{Tap, Transfer};
+use super::taps::Tap;
 use super::texels::fractions;
+use super::transfer::Transfer;
 use super::unit::{Source, to_index};
 use super::{Fingerprint, MAP, MAP_ANGLES, MAP_RATIOS, Mapped, honours, source_name};
 use crate::picture::Picture;

@@ -246,7 +246,10 @@ fn extent(taps: &Taps) -> [f64; 2] {
 }
 
 fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "5. taps of textureSampleGrad on 2-D textures")?;
+    writeln!(
+        out,
+        "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes"
+    )?;
     writeln!(
         out,
         "   measured: kinks of the texture max(0, x) under a sweep of 1/16 texel; places finer than 1/256 texel; the shorter"
@@ -256,6 +259,7 @@ fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         "   derivative is one texel. Teeth that point down: the filter is no sum of bilinear taps that move with the coordinate"
     )?;
     let mut table = Table::new(&[
+        ("texture", Align::Left),
         ("clamp", Align::Right),
         ("ratio", Align::Right),
         ("angle (deg)", Align::Right),
@@ -282,6 +286,7 @@ fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
             .rem_euclid(180.0);
         let dash = || "-".to_string();
         table.row([
+            shape_name(f.shape).to_string(),
             f.clamp.to_string(),
             f.ratio.to_string(),
             f.degrees.to_string(),

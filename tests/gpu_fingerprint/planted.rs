@@ -128,9 +128,18 @@ fn taps_are_found_at_every_angle_where_they_are() {
     let mut model = orthodox();
     model.texels = Steps::Smooth;
     let mut asked = Vec::new();
-    for degrees in [0.0, 15.0, 45.0, 60.0, 90.0, 120.0, 165.0] {
+    for (shape, degrees) in [
+        (Shape::Planar, 0.0),
+        (Shape::Planar, 15.0),
+        (Shape::Cube, 45.0),
+        (Shape::Planar, 60.0),
+        (Shape::Cube, 90.0),
+        (Shape::Planar, 120.0),
+        (Shape::Cube, 165.0),
+    ] {
         for ratio in [1.0, 2.0, 3.5, 8.0, 16.0] {
             asked.push(Footprint {
+                shape,
                 clamp: 16,
                 ratio,
                 degrees,
@@ -138,6 +147,7 @@ fn taps_are_found_at_every_angle_where_they_are() {
         }
     }
     let found = taps(&mut model, Source::Gradient, &asked).expect("a model does not fail");
+    assert_eq!(found.iter().map(|t| t.footprint).collect::<Vec<_>>(), asked);
     for t in found {
         let Footprint { ratio, degrees, .. } = t.footprint;
         let count = Count::Ceil.of(ratio, 16);
@@ -152,7 +162,7 @@ fn taps_are_found_at_every_angle_where_they_are() {
             let want = [along * cos, along * sin];
             let off = (tap.offset[0] - want[0]).hypot(tap.offset[1] - want[1]);
             let turned = (tap.offset[0] + want[0]).hypot(tap.offset[1] + want[1]);
-            // f32 coordinates on 64 texels: 2^-18 texel; colours to 2^-24 of 160, times 16 steps a texel and 16 taps.
+            // f32 coordinates on 256 texels: 2^-16 texel, which is less; colours to 2^-24 of 160, times 16 steps a texel and 16 taps.
             let tolerance = 160.0 * 16.0 * 16.0 * 2.0f64.powi(-24);
             assert!(
                 off.min(turned) < tolerance,
