@@ -276,12 +276,16 @@ fn render_all(
         }
         Some(_) | None => None,
     };
+    // An engine that could not render makes no caustic either.
+    let ran: Vec<Rung> = renderings.iter().map(|(rung, _)| *rung).collect();
+    let caustics = job.caustics(&ran, rtl.as_ref(), gpu.as_ref(), settings);
+    let caustics = caustics.map_err(InputError::from)?;
     let mut results = Results {
         renderings,
         pairs: Vec::new(),
         registers,
         stages,
-        caustics: job.caustics(rungs, rtl.as_ref(), settings),
+        caustics,
         skipped,
         adapter,
     };

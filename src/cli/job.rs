@@ -393,25 +393,32 @@ impl Job {
         &self,
         rungs: &[Rung],
         rtl: Option<&Rtl>,
+        gpu: Option<&Gpu>,
         settings: &Settings,
-    ) -> Option<Caustics> {
+    ) -> Result<Option<Caustics>, GpuError> {
         let Self::Hit(subject) = self else {
-            return None;
+            return Ok(None);
         };
-        let lit = subject.lit.as_ref()?;
+        let Some(lit) = subject.lit.as_ref() else {
+            return Ok(None);
+        };
         let world = &subject.scene.view.world;
         let mut by = Vec::new();
         if let Some(Rtl::Hit(engine)) = rtl {
             by.push((Rung::Rtl, lit.by_rtl(world, engine)));
         }
+        if let Some(gpu) = gpu.filter(|_| rungs.contains(&Rung::Gpu)) {
+            let engine = GpuHit::new(gpu, settings, &subject.distance, None, 1)?;
+            by.push((Rung::Gpu, lit.by_gpu(world, &engine)?));
+        }
         if rungs.contains(&Rung::F64) {
             by.push((Rung::F64, lit.by_f64(world, &subject.reference(settings))));
         }
         by.push((Rung::Truth, lit.by_rays(world)));
-        Some(Caustics {
+        Ok(Some(Caustics {
             photons: lit.photons.len(),
             by,
-        })
+        }))
     }
 
     /// The pictures of [`extra_pictures`]. `filtered` is by the float reference, else by the integer model.
