@@ -27,3 +27,4 @@ pub mod srgb;
 pub mod stage;
 pub mod truth;
 pub mod unit;
+pub mod untrusted;
