@@ -13,6 +13,7 @@ pub mod distance;
 pub mod engine;
 pub mod error;
 pub mod fragment;
+pub mod gpu;
 pub mod image;
 pub mod impostor;
 pub mod mesh;

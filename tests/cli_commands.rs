@@ -25,9 +25,7 @@ fn keys(value: &Value) -> Vec<&str> {
 #[test]
 fn commands_of_later_versions_say_so_whatever_follows() {
     for args in [
-        &["gpu"][..],
-        &["gpu", "list"],
-        &["study", "merge", "--json", "-", "--help"],
+        &["study", "merge", "--json", "-", "--help"][..],
         &["vectors", "gen", "eigen", "--level", "1"],
         &["vectors", "--", "-x"],
         &["size", "sphere", "--max-lsb8", "1"],

@@ -72,6 +72,10 @@ pub(super) fn to_json(
         if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
             map.insert("standard_error".into(), json!(error));
         }
+        if let (Some((fragments, first)), Some(map)) = (r.beyond_f32, engine.as_object_mut()) {
+            let beyond = json!({"fragments": fragments, "first_pixel": first});
+            map.insert("beyond_f32".into(), beyond);
+        }
         if let (Some(searches), Some(map)) = (&r.searches, engine.as_object_mut()) {
             let hit = json!({
                 "status": searches.status,
@@ -115,7 +119,7 @@ pub(super) fn to_json(
         .map(|s| json!({"engine": s.rung.name(), "why": s.why}))
         .collect();
     root.insert("skipped".into(), Value::Array(skipped));
-    root.insert("adapter".into(), Value::Null);
+    root.insert("adapter".into(), json!(results.adapter));
     Value::Object(root)
 }
 
@@ -342,6 +346,19 @@ pub(super) fn print_tables(
     }
     for (name, n) in flags(results) {
         writeln!(out, "flag {name}: {} fragments", count(n))?;
+    }
+    if let Some(adapter) = &results.adapter {
+        writeln!(out, "gpu: {adapter}")?;
+    }
+    for (rung, r) in &results.renderings {
+        if let Some((fragments, [x, y])) = r.beyond_f32 {
+            writeln!(
+                out,
+                "{}: {} fragments left the range of f32, the first at pixel {x},{y}",
+                rung.name(),
+                count(fragments)
+            )?;
+        }
     }
     for s in &results.skipped {
         writeln!(out, "not checked: {} ({})", s.rung.name(), s.why)?;

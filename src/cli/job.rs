@@ -5,6 +5,9 @@ use super::subject;
 use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
+use crate::engine::gpu::GpuEnv;
+use crate::engine::gpu::hit::GpuHit;
+use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
 use crate::engine::registers::{self, RegisterErrors};
@@ -12,6 +15,7 @@ use crate::engine::rtl::RtlEngine;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
 use crate::error::InputError;
+use crate::gpu::{Gpu, GpuError};
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
 use crate::scene::world::light::WallMap;
@@ -223,6 +227,23 @@ impl Job {
             (Self::Hit(s), Rtl::Hit(engine)) => Some(s.rtl(engine, progress)),
             (Self::Tex(s), Rtl::Tex(engine)) => Some(s.rtl(engine, settings, progress)),
             (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => None,
+        }
+    }
+
+    /// Renders by a GPU's kernels.
+    pub(super) fn render_gpu(
+        &self,
+        gpu: Gpu,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<Rendering, GpuError> {
+        match self {
+            Self::Env(s) => GpuEnv::new(gpu, settings, s)?.render(s, progress),
+            Self::Hit(s) => {
+                let map = Some(&s.map);
+                s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
+            }
+            Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
         }
     }
 

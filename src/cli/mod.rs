@@ -9,6 +9,7 @@ mod compare_tables;
 mod cones;
 mod diff;
 mod diff_results;
+mod gpu;
 mod impostor;
 mod impostor_study;
 mod interrupt;
@@ -127,8 +128,8 @@ enum Command {
     Budget(Later),
     /// What a GPU's sampler does (not built yet).
     Fingerprint(Later),
-    /// GPU adapters (not built yet).
-    Gpu(Later),
+    /// The GPU adapters that are there.
+    Gpu(gpu::Args),
 }
 
 /// Any words after a command that is not there yet.
@@ -170,7 +171,7 @@ pub fn run() -> ExitCode {
         Command::Conform(rest) => later("conform", rest),
         Command::Budget(rest) => later("budget", rest),
         Command::Fingerprint(rest) => later("fingerprint", rest),
-        Command::Gpu(rest) => later("gpu", rest),
+        Command::Gpu(args) => gpu::run(args),
     };
     match result {
         Ok(()) | Err(Failure::Closed) => ExitCode::SUCCESS,

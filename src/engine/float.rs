@@ -89,6 +89,7 @@ fn per_fragment(
         standard_error: None,
         searches: None,
         texture_use: None,
+        beyond_f32: None,
     }
 }
 
@@ -165,6 +166,7 @@ impl Engine for TruthEngine {
             standard_error: Some(result.rms_standard_error),
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

@@ -5,6 +5,7 @@ pub mod cones;
 pub mod dispatch;
 pub mod encode;
 pub mod float;
+pub mod gpu;
 pub mod hit;
 pub mod hit_subject;
 pub mod probe;
@@ -120,6 +121,8 @@ pub struct Rendering {
     pub searches: Option<Searches>,
     /// What was asked of 2-D textures, where the scene has some and the engine filters.
     pub texture_use: Option<TextureUse>,
+    /// How many fragments left the range of f32 on the way, and the pixel of the first, where the engine has that range.
+    pub beyond_f32: Option<(u64, [u32; 2])>,
 }
 
 impl Rendering {
@@ -134,6 +137,7 @@ impl Rendering {
             standard_error: Some(standard_error),
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

@@ -171,6 +171,7 @@ impl Engine for RtlEngine {
             standard_error: None,
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::scene::tex::path::{Look, Path};
 use crate::settings::Settings;
 
 /// One request of a row: its pixel's column, its weight, and what is asked.
-pub(super) struct Request<A> {
+pub(crate) struct Request<A> {
     pub(super) column: usize,
     pub(super) weight: f64,
     pub(super) asked: A,

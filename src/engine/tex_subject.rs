@@ -6,6 +6,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use rtl_model::unit::TexWords;
 
+use super::gpu::Reports;
+use super::gpu::tex::{AskedGpu, GpuTex};
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
@@ -17,6 +19,7 @@ use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::error::InputError;
 use crate::fragment::HitFragment;
+use crate::gpu::GpuError;
 use crate::picture::Picture;
 use crate::reference::tex::{point, tex};
 use crate::reference::{NoTap, PlanarTexture, Prepared, ewa_planar};
@@ -149,16 +152,20 @@ impl TexSubject {
     /// Rows in parallel, put together in order.
     fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> Rendering {
         let start = Instant::now();
-        let (width, height) = (self.scene.width, self.scene.height);
-        let rows: Vec<Row> = (0..height)
+        let rows: Vec<Row> = (0..self.scene.height)
             .into_par_iter()
             .map(|y| {
                 let out = row(y);
-                progress(to_u64(width));
+                progress(to_u64(self.scene.width));
                 out
             })
             .collect();
-        let wall = start.elapsed().as_secs_f64();
+        self.put_together(rows, start.elapsed().as_secs_f64())
+    }
+
+    /// A picture of rows, in order, that took `wall` seconds.
+    fn put_together(&self, rows: Vec<Row>, wall: f64) -> Rendering {
+        let (width, height) = (self.scene.width, self.scene.height);
         let mut picture = Picture::new(width, height);
         let mut levels = Picture::new(width, height);
         picture.covered.fill(true);
@@ -202,6 +209,7 @@ impl TexSubject {
             standard_error: None,
             searches: None,
             texture_use: Some(TextureUse { levels, tiles }),
+            beyond_f32: None,
         }
     }
 
@@ -318,6 +326,44 @@ impl TexSubject {
             row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
             row
         })
+    }
+
+    /// By the kernels of a device: blocks of rows, whose paths the host traces.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn gpu(&self, engine: &GpuTex, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let (width, height) = (self.scene.width, self.scene.height);
+        let block = engine.rows_of_a_block(self.requests, height);
+        let mut rows: Vec<Row> = Vec::with_capacity(height);
+        let mut reports = Reports::default();
+        let mut seconds = 0.0;
+        for first in (0..height).step_by(block) {
+            let last = (first + block).min(height);
+            let asked: Vec<AskedGpu> =
+                (first..last).into_par_iter().map(|y| self.ask_gpu(engine.wrap, y)).collect();
+            let begin = Instant::now();
+            rows.extend((first..last).map(|_| Row::new(width)));
+            engine.filter(&asked, &mut |y, request, found| {
+                let row = &mut rows[first + y];
+                row.add(request.column, request.weight, found.color);
+                if request.asked.texture.is_some() {
+                    row.level(request.column, request.weight, found.lod);
+                }
+                row.probes += u64::from(found.probes);
+                row.texels += found.texels();
+                let pixel = [request.column, first + y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                reports.add(found.flags, pixel);
+            })?;
+            seconds += begin.elapsed().as_secs_f64();
+            progress(to_u64((last - first) * width));
+        }
+        let mut out = self.put_together(rows, 0.0);
+        out.seconds = seconds;
+        out.flags = reports.flags;
+        out.beyond_f32 = reports.beyond_f32;
+        Ok(out)
     }
 
     /// By the float reference.
