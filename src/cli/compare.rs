@@ -11,6 +11,7 @@ use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
 use crate::engine::registers::RegisterErrors;
+use crate::engine::gpu::check::StageChecks;
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::gpu::Gpu;
@@ -64,6 +65,8 @@ pub(super) struct Results {
     pub(super) pairs: Vec<(Rung, Rung, Pair)>,
     /// `rtl` against `f64`, where both ran.
     pub(super) registers: Option<RegisterErrors>,
+    /// `gpu` against `f64`, stage by stage at the same operands, where both ran.
+    pub(super) stages: Option<StageChecks>,
     /// The scene's caustic, if it has one.
     pub(super) caustics: Option<Caustics>,
     /// The engines that did not run.
@@ -222,14 +225,13 @@ fn render_all(
     let mut renderings = Vec::new();
     let mut skipped = Vec::new();
     let adapter = gpu.as_ref().map(|gpu| gpu.adapter().title());
-    let mut gpu = gpu;
     for rung in rungs {
         let bar = Bar::new(rung.name(), job.total(*rung));
         let progress = |n| bar.add(n);
         let rendering = match (rung, &rtl) {
             (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
             (Rung::Gpu, _) => {
-                let made = gpu.take().map(|gpu| job.render_gpu(gpu, settings, &progress));
+                let made = gpu.as_ref().map(|gpu| job.render_gpu(gpu, settings, &progress));
                 match made.transpose() {
                     Ok(rendering) => rendering,
                     // What the device cannot do is no reason to give up the others, unless it was named.
@@ -253,10 +255,20 @@ fn render_all(
         }
         Some(_) | None => None,
     };
+    let both = [Rung::Gpu, Rung::F64].map(|rung| renderings.iter().any(|(r, _)| *r == rung));
+    let stages = match &gpu {
+        Some(gpu) if both == [true; 2] => {
+            let bar = Bar::new("stages", job.total(Rung::Rtl));
+            let checked = job.check_stages(gpu, settings, &|n| bar.add(n));
+            Some(checked.map_err(InputError::from)?)
+        }
+        Some(_) | None => None,
+    };
     let mut results = Results {
         renderings,
         pairs: Vec::new(),
         registers,
+        stages,
         caustics: job.caustics(rungs, rtl.as_ref(), settings),
         skipped,
         adapter,

@@ -10,6 +10,7 @@ use super::compare::{Args, Results};
 use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
 use crate::caustic::difference;
+use crate::engine::gpu::check::StageChecks;
 use crate::engine::registers::{RegisterError, RegisterErrors};
 use crate::engine::{Rung, to_u64};
 use crate::report::table::{Align, Table, count, fixed, optional, significant};
@@ -109,6 +110,9 @@ pub(super) fn to_json(
         })
     });
     root.insert("registers".into(), Value::Array(rows.collect()));
+    if let Some(stages) = &results.stages {
+        root.insert("stages".into(), stages_json(stages));
+    }
     root.insert("flags".into(), json!(flags(results)));
     if let Some(caustics) = &results.caustics {
         root.insert("caustic".into(), caustic_json(caustics));
@@ -190,6 +194,66 @@ fn print_caustic(out: &mut impl std::io::Write, caustics: &Caustics) -> Result<(
         ]);
     }
     writeln!(out, "{table}")?;
+    Ok(())
+}
+
+/// The registers of the stages' own kernels, as JSON.
+fn stages_json(stages: &StageChecks) -> Value {
+    let rows: Vec<Value> = stages
+        .rows
+        .iter()
+        .filter(|r| r.compared > 0)
+        .map(|r| {
+            json!({
+                "stage": r.stage.name(), "register": r.register, "compared": r.compared,
+                "worst_ulp": r.worst_ulp, "worst_share": r.worst_share, "undecided": r.undecided,
+                "unbounded": r.unbounded, "unexplained": r.unexplained,
+            })
+        })
+        .collect();
+    let first = stages.first.as_ref().map(|d| {
+        json!({
+            "stage": d.stage.name(), "register": d.register, "pixel": d.pixel,
+            "gpu": d.gpu, "f64": d.f64, "tolerance": d.tolerance, "operands": d.operands,
+        })
+    });
+    json!({"fragments": stages.fragments, "registers": rows, "first_difference": first})
+}
+
+/// The registers of the stages' own kernels, and the first that nothing explains.
+fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(), Failure> {
+    let mut table = Table::new(&[
+        ("register (gpu - f64, stage by stage)", Align::Left),
+        ("compared", Align::Right),
+        ("worst (2^-23 of it)", Align::Right),
+        ("worst (of tolerance)", Align::Right),
+        ("undecided", Align::Right),
+        ("no bound", Align::Right),
+        ("unexplained", Align::Right),
+    ]);
+    for r in stages.rows.iter().filter(|r| r.compared > 0) {
+        table.row([
+            format!("{}.{}", r.stage.name(), r.register),
+            count(r.compared),
+            significant(r.worst_ulp, 3),
+            significant(r.worst_share, 3),
+            count(r.undecided),
+            count(r.unbounded),
+            count(r.unexplained),
+        ]);
+    }
+    writeln!(out, "\n{table}")?;
+    let Some(d) = &stages.first else {
+        writeln!(out, "no difference of a stage's register is unexplained")?;
+        return Ok(());
+    };
+    let [x, y] = d.pixel;
+    writeln!(out, "first unexplained difference: {}.{} at pixel {x},{y}", d.stage.name(), d.register)?;
+    for (name, values) in [("gpu", &d.gpu), ("f64", &d.f64), ("tolerance", &d.tolerance)] {
+        writeln!(out, "  {name:9} {values:?}")?;
+    }
+    let operands: Vec<String> = d.operands.iter().map(|w| format!("{w:08x}")).collect();
+    writeln!(out, "  operands  {}", operands.join(" "))?;
     Ok(())
 }
 
@@ -343,6 +407,9 @@ pub(super) fn print_tables(
                 count(errors.other_search)
             )?;
         }
+    }
+    if let Some(stages) = &results.stages {
+        print_stages(&mut out, stages)?;
     }
     for (name, n) in flags(results) {
         writeln!(out, "flag {name}: {} fragments", count(n))?;

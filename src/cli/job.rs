@@ -6,6 +6,7 @@ use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
 use crate::engine::gpu::GpuEnv;
+use crate::engine::gpu::check::{StageChecks, check_env, check_hit, check_tex};
 use crate::engine::gpu::hit::GpuHit;
 use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
@@ -233,17 +234,37 @@ impl Job {
     /// Renders by a GPU's kernels.
     pub(super) fn render_gpu(
         &self,
-        gpu: Gpu,
+        gpu: &Gpu,
         settings: &Settings,
         progress: Progress<'_>,
     ) -> Result<Rendering, GpuError> {
         match self {
-            Self::Env(s) => GpuEnv::new(gpu, settings, s)?.render(s, progress),
+            Self::Env(s) => {
+                let first = s.scene.fragments.first().map(|f| &f.fragment);
+                GpuEnv::new(gpu, settings, &s.map, first)?.render(s, progress)
+            }
             Self::Hit(s) => {
                 let map = Some(&s.map);
                 s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
             }
             Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
+        }
+    }
+
+    /// Every register of every stage of a GPU's kernels against the float reference.
+    pub(super) fn check_stages(
+        &self,
+        gpu: &Gpu,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<StageChecks, GpuError> {
+        match self {
+            Self::Env(s) => check_env(gpu, settings, &s.map, &s.scene.fragments, progress),
+            Self::Hit(s) => {
+                let rays: Vec<_> = s.scene.rays.iter().map(|r| (r.pixel, r.fragment)).collect();
+                check_hit(gpu, settings, (&s.map, &s.distance), &rays, progress)
+            }
+            Self::Tex(s) => check_tex(gpu, settings, s, progress),
         }
     }
 

@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
     let rendering = if let Some(gpu) = gpu {
-        let made = job.render_gpu(gpu, &settings, &progress);
+        let made = job.render_gpu(&gpu, &settings, &progress);
         Some(made.map_err(InputError::from)?)
     } else if args.engine == Rung::Rtl {
         job.render_rtl(&job.rtl(&spec)?, &settings, &progress)

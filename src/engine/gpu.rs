@@ -2,6 +2,8 @@
 //!
 //! Operands are rounded to f32 on the host, maps are uploaded once, fragments go through one fused kernel in batches.
 
+pub mod bounded;
+pub mod check;
 pub mod hit;
 pub mod tex;
 
@@ -9,7 +11,8 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::{Progress, Rendering, Subject};
-use crate::fragment::Fragment;
+use crate::cube::CubeMap;
+use crate::fragment::{Fragment, PixelFragment};
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Fused, Kernel};
 use crate::gpu::maps::Maps;
@@ -205,8 +208,8 @@ pub const ENV_WORDS: Words = Words {
 };
 
 /// The ENV operation on a device.
-pub struct GpuEnv {
-    gpu: Gpu,
+pub struct GpuEnv<'a> {
+    gpu: &'a Gpu,
     program: Program,
     maps: Maps,
     policy: Policy,
@@ -231,68 +234,78 @@ pub fn with_needs(mut policy: Policy, fragment: Option<&Fragment>) -> Policy {
     policy
 }
 
-impl GpuEnv {
-    /// Compiles the kernel and uploads the subject's maps.
+impl<'a> GpuEnv<'a> {
+    /// Compiles the kernel and uploads the map, for fragments that have what `first` has.
     ///
     /// # Errors
     ///
     /// A map beyond the device's limits, or what the driver reports.
-    pub fn new(gpu: Gpu, settings: &Settings, subject: &Subject) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &'a Gpu,
+        settings: &Settings,
+        map: &CubeMap,
+        first: Option<&Fragment>,
+    ) -> Result<Self, GpuError> {
         let tables = tables(settings);
-        let policy = Policy::new(settings, &tables).with_cube(&subject.map);
-        let first = subject.scene.fragments.first().map(|f| &f.fragment);
-        Ok(Self {
-            program: Program::new(&gpu, Kernel::Fused(Fused::Env))?,
-            maps: Maps::none(&gpu)?
-                .with_cube(&gpu, &subject.map)?
-                .with_tables(&gpu, &tables.words())?,
+        let policy = Policy::new(settings, &tables).with_cube(map);
+        let out = Self {
+            program: Program::new(gpu, Kernel::Fused(Fused::Env))?,
+            maps: Maps::none(gpu)?
+                .with_cube(gpu, map)?
+                .with_tables(gpu, &tables.words())?,
             policy: with_needs(policy, first),
             gpu,
-        })
+        };
+        out.program.warm(gpu, &out.maps, &out.policy, ENV_WORDS)?;
+        Ok(out)
     }
 
-    /// The device.
-    #[must_use]
-    pub const fn gpu(&self) -> &Gpu {
-        &self.gpu
+    /// Every fragment's result, flags of its operands included, and what left the range of f32.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn filter(
+        &self,
+        fragments: &[PixelFragment],
+        progress: Progress<'_>,
+    ) -> Result<(Vec<Filtered>, Reports), GpuError> {
+        let mut operands = Operands::new(Flag::NonFinite);
+        for fragment in fragments {
+            encode(&mut operands, &fragment.fragment);
+        }
+        let input = (operands.words.as_slice(), [].as_slice());
+        let (maps, policy) = (&self.maps, &self.policy);
+        let words = self.program.run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
+        let mut reports = Reports::default();
+        let results = words.chunks_exact(ENV_WORDS.output).map(Filtered::of);
+        let results = results
+            .zip(fragments.iter().zip(operands.flags))
+            .map(|(mut result, (fragment, flags))| {
+                result.flags |= flags;
+                reports.add(result.flags, fragment.pixel);
+                result
+            })
+            .collect();
+        Ok((results, reports))
     }
 
-    /// Renders all fragments; the seconds hold uploads and read-backs of fragments, not those of maps.
+    /// Renders all fragments; the seconds hold their rounding to f32, uploads and read-backs, but neither maps nor
+    /// the compilation of kernels.
     ///
     /// # Errors
     ///
     /// What the driver reports.
     pub fn render(&self, subject: &Subject, progress: Progress<'_>) -> Result<Rendering, GpuError> {
-        let mut operands = Operands::new(Flag::NonFinite);
-        for fragment in &subject.scene.fragments {
-            encode(&mut operands, &fragment.fragment);
-        }
         let start = Instant::now();
-        let words = self.program.run(
-            &self.gpu,
-            &self.maps,
-            &self.policy,
-            ENV_WORDS,
-            (&operands.words, &[]),
-            &|n| progress(n),
-        )?;
+        let (results, reports) = self.filter(&subject.scene.fragments, progress)?;
         let seconds = start.elapsed().as_secs_f64();
-        let mut reports = Reports::default();
-        let (mut probes, mut texels) = (0, 0);
-        let mut colors = Vec::with_capacity(operands.flags.len());
-        let results = words.chunks_exact(ENV_WORDS.output).map(Filtered::of);
-        let fragments = subject.scene.fragments.iter().zip(&operands.flags);
-        for (result, (fragment, flags)) in results.zip(fragments) {
-            reports.add(result.flags | flags, fragment.pixel);
-            probes += u64::from(result.probes);
-            texels += result.texels();
-            colors.push(result.color);
-        }
+        let colors: Vec<[f64; 3]> = results.iter().map(|r| r.color).collect();
         Ok(Rendering {
             picture: subject.picture(&colors),
             seconds,
-            probes,
-            texels,
+            probes: results.iter().map(|r| u64::from(r.probes)).sum(),
+            texels: results.iter().map(Filtered::texels).sum(),
             flags: reports.flags,
             standard_error: None,
             searches: None,

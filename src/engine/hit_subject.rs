@@ -236,7 +236,7 @@ impl HitSubject {
     /// # Errors
     ///
     /// What the driver reports.
-    pub fn gpu(&self, engine: &GpuHit, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+    pub fn gpu(&self, engine: &GpuHit<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let fragments = self.fragments();
         let pixels: Vec<[u32; 2]> = self.scene.rays.iter().map(|ray| ray.pixel).collect();
         let start = Instant::now();

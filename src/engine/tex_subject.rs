@@ -333,7 +333,7 @@ impl TexSubject {
     /// # Errors
     ///
     /// What the driver reports.
-    pub fn gpu(&self, engine: &GpuTex, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+    pub fn gpu(&self, engine: &GpuTex<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let (width, height) = (self.scene.width, self.scene.height);
         let block = engine.rows_of_a_block(self.requests, height);
         let mut rows: Vec<Row> = Vec::with_capacity(height);

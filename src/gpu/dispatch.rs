@@ -82,6 +82,16 @@ impl Program {
         gpu.batch(bytes, WORKGROUP).clamp(1, MOST)
     }
 
+    /// Runs the kernel over one fragment of zeros: drivers compile on first use.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn warm(&self, gpu: &Gpu, maps: &Maps, policy: &Policy, words: Words) -> Result<(), GpuError> {
+        let zeros = vec![0; words.input];
+        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {}).map(|_| ())
+    }
+
     /// Uploads the operands of a batch.
     ///
     /// # Errors

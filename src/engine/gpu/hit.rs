@@ -32,8 +32,8 @@ pub const STATUS: [HitStatus; 6] = [
 ];
 
 /// The HIT operation's kernel with its maps.
-pub struct GpuHit {
-    pub(super) gpu: Gpu,
+pub struct GpuHit<'a> {
+    pub(super) gpu: &'a Gpu,
     pub(super) program: Program,
     pub(super) maps: Maps,
     pub(super) policy: Policy,
@@ -58,14 +58,14 @@ fn scaled(r: [f64; 3]) -> [f64; 3] {
     r.map(|c| libm::ldexp(c, 1 - exponent))
 }
 
-impl GpuHit {
+impl<'a> GpuHit<'a> {
     /// Compiles the kernel and uploads distances and, if there is one, the environment.
     ///
     /// # Errors
     ///
     /// A map beyond the device's limits, or what the driver reports.
     pub fn new(
-        gpu: Gpu,
+        gpu: &'a Gpu,
         settings: &Settings,
         distance: &Distance,
         map: Option<&CubeMap>,
@@ -73,28 +73,24 @@ impl GpuHit {
     ) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_distance(distance);
-        let mut maps = Maps::none(&gpu)?
-            .with_distance(&gpu, distance)?
-            .with_tables(&gpu, &tables.words())?;
+        let mut maps = Maps::none(gpu)?
+            .with_distance(gpu, distance)?
+            .with_tables(gpu, &tables.words())?;
         let policy = if let Some(map) = map {
-            maps = maps.with_cube(&gpu, map)?;
+            maps = maps.with_cube(gpu, map)?;
             policy.with_cube(map)
         } else {
             let size = face_size.max(1);
             policy.with_size([size; 2], size.ilog2() as usize + 1)
         };
-        Ok(Self {
-            program: Program::new(&gpu, Kernel::Fused(Fused::Hit))?,
+        let out = Self {
+            program: Program::new(gpu, Kernel::Fused(Fused::Hit))?,
             maps,
             policy,
             gpu,
-        })
-    }
-
-    /// The device.
-    #[must_use]
-    pub const fn gpu(&self) -> &Gpu {
-        &self.gpu
+        };
+        out.program.warm(gpu, &out.maps, &out.policy, HIT_WORDS)?;
+        Ok(out)
     }
 
     /// Every ray's result, in order.
@@ -122,7 +118,7 @@ impl GpuHit {
             encode(&mut operands, ray);
         }
         let words = self.program.run(
-            &self.gpu,
+            self.gpu,
             &self.maps,
             &self.policy,
             HIT_WORDS,

@@ -37,8 +37,8 @@ struct Memory {
 }
 
 /// The TEX operation's kernels with the maps of a scene.
-pub struct GpuTex {
-    gpu: Gpu,
+pub struct GpuTex<'a> {
+    gpu: &'a Gpu,
     tex: Program,
     sky: Program,
     textures: Vec<Memory>,
@@ -145,46 +145,46 @@ impl TexSubject {
     }
 }
 
-impl GpuTex {
+impl<'a> GpuTex<'a> {
     /// Compiles the kernels and uploads textures and environment.
     ///
     /// # Errors
     ///
     /// A map beyond the device's limits, or what the driver reports.
-    pub fn new(gpu: Gpu, settings: &Settings, subject: &TexSubject) -> Result<Self, GpuError> {
+    pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexSubject) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_camera(&subject.scene.camera);
         let words = tables.words();
-        let maps = || Maps::none(&gpu)?.with_tables(&gpu, &words);
+        let maps = || Maps::none(gpu)?.with_tables(gpu, &words);
         let textures = subject
             .scene
             .textures
             .iter()
             .map(|map| {
                 Ok(Memory {
-                    maps: maps()?.with_planar(&gpu, map)?,
+                    maps: maps()?.with_planar(gpu, map)?,
                     policy: policy.clone().with_planar(map),
                 })
             })
             .collect::<Result<_, GpuError>>()?;
         let environment = Memory {
-            maps: maps()?.with_cube(&gpu, &subject.sky)?,
+            maps: maps()?.with_cube(gpu, &subject.sky)?,
             policy: policy.clone().with_cube(&subject.sky),
         };
-        Ok(Self {
-            tex: Program::new(&gpu, Kernel::Fused(Fused::Tex))?,
-            sky: Program::new(&gpu, Kernel::Fused(Fused::Sky))?,
+        let out = Self {
+            tex: Program::new(gpu, Kernel::Fused(Fused::Tex))?,
+            sky: Program::new(gpu, Kernel::Fused(Fused::Sky))?,
             textures,
             environment,
             wrap: settings.tex.wrap,
             gpu,
-        })
-    }
-
-    /// The device.
-    #[must_use]
-    pub const fn gpu(&self) -> &Gpu {
-        &self.gpu
+        };
+        if let Some(texture) = out.textures.first() {
+            out.tex.warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+        }
+        let environment = &out.environment;
+        out.sky.warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        Ok(out)
     }
 
     /// Rows whose requests go to the device together.
@@ -232,7 +232,7 @@ impl GpuTex {
             }
             let (policy, maps) = (&memory.policy, &memory.maps);
             let input = (operands.words.as_slice(), steps.as_slice());
-            let results = program.run(&self.gpu, maps, policy, words, input, &|_| {})?;
+            let results = program.run(self.gpu, maps, policy, words, input, &|_| {})?;
             for (words, (y, request)) in results.chunks_exact(words.output).zip(asked) {
                 let mut filtered = Filtered::of(words);
                 filtered.flags |= request.asked.flags;

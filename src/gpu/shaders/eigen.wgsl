@@ -25,7 +25,8 @@ fn eigen(k: vec3f, d: vec4f, rough: vec4f) -> Axes {
     let difference = c - a;
     let root = sqrt(difference * difference + two_b * two_b);
     var out: Axes;
-    out.root = root / scale;
+    let back = power_to_one(scale);
+    out.root = root * back;
     if policy.axis == AXIS_LONGER {
         return longer_derivative(d, rough, out);
     }
@@ -42,7 +43,7 @@ fn eigen(k: vec3f, d: vec4f, rough: vec4f) -> Axes {
     } else {
         out.axis = exact_axis(difference, two_b, root);
     }
-    out.lambda_sq = vec2f(major / scale, minor / scale);
+    out.lambda_sq = vec2f(major * back, minor * back);
     out.lambda = sqrt(out.lambda_sq);
     return out;
 }

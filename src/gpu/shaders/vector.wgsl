@@ -92,7 +92,7 @@ fn length_of(v: vec3f) -> f32 {
     }
     let scale = power_to_one(most);
     let scaled = v * scale;
-    return sqrt(dot3(scaled, scaled)) / scale;
+    return sqrt(dot3(scaled, scaled)) * power_to_one(scale);
 }
 
 /// v/|v|; +z where v is zero.

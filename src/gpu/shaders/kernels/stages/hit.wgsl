@@ -28,9 +28,6 @@ fn stage() {
         }
         put_turn(ray);
     }
-    let whole = hit(x, r, &flags);
-    put_u32(whole.iterations);
-    put(whole.d);
     let facing = cube_face(ray.l, &flags);
     let t = hit_tangents(ray, &flags);
     let width = hit_width(ray, cone);
