@@ -12,6 +12,7 @@ pub mod cube;
 pub mod distance;
 pub mod engine;
 pub mod error;
+pub mod fingerprint;
 pub mod fragment;
 pub mod gpu;
 pub mod image;

@@ -31,7 +31,6 @@ fn commands_of_later_versions_say_so_whatever_follows() {
         &["size", "sphere", "--max-lsb8", "1"],
         &["conform", "--unit", "x"],
         &["budget"],
-        &["fingerprint", "--adapter"],
     ] {
         tapline(args).refused(&[args[0], "not built yet"]);
     }

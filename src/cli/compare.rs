@@ -10,8 +10,8 @@ use super::job::{Caustics, Job};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
-use crate::engine::registers::RegisterErrors;
 use crate::engine::gpu::check::StageChecks;
+use crate::engine::registers::RegisterErrors;
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::gpu::Gpu;
@@ -25,7 +25,7 @@ pub(super) struct Args {
     /// Built-in scene; `tapline scenes` lists them.
     #[arg(default_value = "scratches")]
     pub(super) scene: String,
-    /// Engines, in any order: rtl, gpu, f64, ewa, truth. All that are there if not given.
+    /// Engines, in any order: rtl, gpu, sampler, f64, ewa, truth. All that are there but sampler if not given.
     #[arg(long, value_delimiter = ',', value_enum)]
     engines: Vec<Rung>,
     /// Folder for pictures, error maps and report.html; made if it is not there.
@@ -126,7 +126,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let origin = Origin::new(&spec);
     let mut results = render_all(args, &rungs, &spec, &settings, &job, gpu)?;
     results.skipped.extend(skipped);
-    for (a, b) in min_psnr.iter().chain(&max_lsb8).map(|bound| (bound.a, bound.b)) {
+    for (a, b) in min_psnr
+        .iter()
+        .chain(&max_lsb8)
+        .map(|bound| (bound.a, bound.b))
+    {
         results.pair(a, b, args.scene_args.exposure)?;
     }
     let value = to_json(args, &origin, &spec, &job, &results);
@@ -158,11 +162,11 @@ struct Chosen {
 
 /// The engines asked for, or all; the gpu is left out where none was named and there is none.
 fn choose(asked: &[Rung], adapter: &AdapterArgs) -> Result<Chosen, InputError> {
-    let wanted = |r: &Rung| asked.is_empty() || asked.contains(r);
+    let wanted = |r: &Rung| (asked.is_empty() && r.is_default()) || asked.contains(r);
     let mut rungs: Vec<Rung> = Rung::ALL.into_iter().filter(wanted).collect();
     let mut skipped = Vec::new();
     let mut gpu = None;
-    if !rungs.contains(&Rung::Gpu) {
+    if !rungs.iter().any(|r| r.needs_gpu()) {
         adapter.refuse()?;
     } else {
         match adapter.open() {
@@ -230,8 +234,10 @@ fn render_all(
         let progress = |n| bar.add(n);
         let rendering = match (rung, &rtl) {
             (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
-            (Rung::Gpu, _) => {
-                let made = gpu.as_ref().map(|gpu| job.render_gpu(gpu, settings, &progress));
+            (Rung::Gpu | Rung::Sampler, _) => {
+                let made = gpu
+                    .as_ref()
+                    .map(|gpu| job.render_on(gpu, *rung, settings, &progress));
                 match made.transpose() {
                     Ok(rendering) => rendering,
                     // What the device cannot do is no reason to give up the others, unless it was named.
@@ -279,11 +285,7 @@ fn render_all(
     Ok(results)
 }
 
-fn judge(
-    results: &Results,
-    min_psnr: &[Bound],
-    max_lsb8: &[Bound],
-) -> Result<(), Failure> {
+fn judge(results: &Results, min_psnr: &[Bound], max_lsb8: &[Bound]) -> Result<(), Failure> {
     let pair = |bound: &Bound| {
         let mut pairs = results.pairs.iter();
         pairs.find_map(|(a, b, pair)| ((*a, *b) == (bound.a, bound.b)).then_some(pair))

@@ -248,8 +248,17 @@ fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(
         return Ok(());
     };
     let [x, y] = d.pixel;
-    writeln!(out, "first unexplained difference: {}.{} at pixel {x},{y}", d.stage.name(), d.register)?;
-    for (name, values) in [("gpu", &d.gpu), ("f64", &d.f64), ("tolerance", &d.tolerance)] {
+    writeln!(
+        out,
+        "first unexplained difference: {}.{} at pixel {x},{y}",
+        d.stage.name(),
+        d.register
+    )?;
+    for (name, values) in [
+        ("gpu", &d.gpu),
+        ("f64", &d.f64),
+        ("tolerance", &d.tolerance),
+    ] {
         writeln!(out, "  {name:9} {values:?}")?;
     }
     let operands: Vec<String> = d.operands.iter().map(|w| format!("{w:08x}")).collect();

@@ -13,6 +13,7 @@ use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
+use crate::engine::sampler::SamplerEngine;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
 use crate::error::InputError;
@@ -231,8 +232,30 @@ impl Job {
         }
     }
 
+    /// Renders on a GPU: by its own sampler, else by kernels.
+    pub(super) fn render_on(
+        &self,
+        gpu: &Gpu,
+        rung: Rung,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<Rendering, GpuError> {
+        if rung != Rung::Sampler {
+            return self.render_gpu(gpu, settings, progress);
+        }
+        match self {
+            Self::Env(s) => SamplerEngine::new(gpu, &s.map)?.env(settings, s, progress),
+            Self::Hit(s) => SamplerEngine::new(gpu, &s.map)?.hit(settings, s, progress),
+            Self::Tex(_) => Err(GpuError::Unsupported {
+                adapter: gpu.adapter().title(),
+                doing: "a scene of the TEX operation by the engine sampler".into(),
+                lacks: "an engine for it: sampler has ENV and HIT scenes".into(),
+            }),
+        }
+    }
+
     /// Renders by a GPU's kernels.
-    pub(super) fn render_gpu(
+    fn render_gpu(
         &self,
         gpu: &Gpu,
         settings: &Settings,
@@ -245,7 +268,10 @@ impl Job {
             }
             Self::Hit(s) => {
                 let map = Some(&s.map);
-                s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
+                s.gpu(
+                    &GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?,
+                    progress,
+                )
             }
             Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
         }
@@ -278,7 +304,7 @@ impl Job {
     ) -> Option<Rendering> {
         let settings = settings.clone();
         match (self, rung) {
-            (_, Rung::Rtl | Rung::Gpu) => None,
+            (_, Rung::Rtl | Rung::Gpu | Rung::Sampler) => None,
             (Self::Env(s), Rung::F64) => Some(F64Engine { settings }.render(s, progress)),
             (Self::Env(s), Rung::Ewa) => Some(EwaEngine { settings }.render(s, progress)),
             (Self::Env(s), Rung::Truth) => {

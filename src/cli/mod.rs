@@ -9,6 +9,7 @@ mod compare_tables;
 mod cones;
 mod diff;
 mod diff_results;
+mod fingerprint;
 mod gpu;
 mod impostor;
 mod impostor_study;
@@ -126,8 +127,8 @@ enum Command {
     Conform(Later),
     /// Error budgets (not built yet).
     Budget(Later),
-    /// What a GPU's sampler does (not built yet).
-    Fingerprint(Later),
+    /// What a GPU's sampler does: weights, levels of detail, anisotropic taps, cube seams.
+    Fingerprint(fingerprint::Args),
     /// The GPU adapters that are there.
     Gpu(gpu::Args),
 }
@@ -170,7 +171,7 @@ pub fn run() -> ExitCode {
         Command::Cones(args) => cones::run(args),
         Command::Conform(rest) => later("conform", rest),
         Command::Budget(rest) => later("budget", rest),
-        Command::Fingerprint(rest) => later("fingerprint", rest),
+        Command::Fingerprint(args) => fingerprint::run(args),
         Command::Gpu(args) => gpu::run(args),
     };
     match result {

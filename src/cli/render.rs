@@ -17,7 +17,7 @@ use crate::truth::TruthOptions;
 pub(super) struct Args {
     /// Built-in scene; `tapline scenes` lists them.
     scene: String,
-    /// Engine: rtl, gpu, f64, ewa or truth.
+    /// Engine: rtl, gpu, sampler, f64, ewa or truth.
     #[arg(long, value_enum)]
     engine: Rung,
     /// Picture: .exr (linear) or .png (8-bit sRGB).
@@ -43,7 +43,7 @@ enum Depth {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
-    let gpu = if args.engine == Rung::Gpu {
+    let gpu = if args.engine.needs_gpu() {
         Some(args.run.adapter.open()?)
     } else {
         args.run.adapter.refuse()?;
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
     let rendering = if let Some(gpu) = gpu {
-        let made = job.render_gpu(&gpu, &settings, &progress);
+        let made = job.render_on(&gpu, args.engine, &settings, &progress);
         Some(made.map_err(InputError::from)?)
     } else if args.engine == Rung::Rtl {
         job.render_rtl(&job.rtl(&spec)?, &settings, &progress)

@@ -72,7 +72,9 @@ pub fn tables(settings: &Settings) -> Tables {
     let mut out = Tables::default();
     if settings.weights == Weights::Gaussian {
         let end_points = settings.count == Count::Feline;
-        let most = settings.max_probes.clamp(1, crate::gpu::policy::MOST_PROBES);
+        let most = settings
+            .max_probes
+            .clamp(1, crate::gpu::policy::MOST_PROBES);
         #[expect(clippy::cast_precision_loss, reason = "the kernels count in f32")]
         let weights = (1..=most)
             .flat_map(|count| probe_weights(count, settings.probe_weight_bits, end_points))
@@ -219,7 +221,15 @@ pub struct GpuEnv<'a> {
 pub fn encode(operands: &mut Operands, fragment: &Fragment) {
     let f = fragment;
     operands.begin();
-    for v in [f.v, f.n, f.dv_dx, f.dv_dy, f.dn_dx, f.dn_dy, f.h.unwrap_or_default()] {
+    for v in [
+        f.v,
+        f.n,
+        f.dv_dx,
+        f.dv_dy,
+        f.dn_dx,
+        f.dn_dy,
+        f.h.unwrap_or_default(),
+    ] {
         operands.numbers(&v);
     }
     operands.numbers(&f.bump.unwrap_or_default());
@@ -276,7 +286,9 @@ impl<'a> GpuEnv<'a> {
         }
         let input = (operands.words.as_slice(), [].as_slice());
         let (maps, policy) = (&self.maps, &self.policy);
-        let words = self.program.run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
+        let words = self
+            .program
+            .run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
         let mut reports = Reports::default();
         let results = words.chunks_exact(ENV_WORDS.output).map(Filtered::of);
         let results = results

@@ -11,6 +11,7 @@ pub mod hit_subject;
 pub mod probe;
 pub mod registers;
 pub mod rtl;
+pub mod sampler;
 pub mod tex;
 mod tex_requests;
 pub mod tex_subject;
@@ -31,6 +32,8 @@ pub enum Rung {
     Rtl,
     /// WGSL through wgpu.
     Gpu,
+    /// A GPU's own sampler; never unless it is named, for what it computes is no form of the unit's algorithm.
+    Sampler,
     /// Float reference of the same algorithm.
     F64,
     /// Elliptical Gaussian of the same covariance.
@@ -41,7 +44,26 @@ pub enum Rung {
 
 impl Rung {
     /// Every rung in the ladder's order.
-    pub const ALL: [Self; 5] = [Self::Rtl, Self::Gpu, Self::F64, Self::Ewa, Self::Truth];
+    pub const ALL: [Self; 6] = [
+        Self::Rtl,
+        Self::Gpu,
+        Self::Sampler,
+        Self::F64,
+        Self::Ewa,
+        Self::Truth,
+    ];
+
+    /// Whether it runs where no engine is named.
+    #[must_use]
+    pub const fn is_default(self) -> bool {
+        !matches!(self, Self::Sampler)
+    }
+
+    /// Whether it needs a GPU.
+    #[must_use]
+    pub const fn needs_gpu(self) -> bool {
+        matches!(self, Self::Gpu | Self::Sampler)
+    }
 
     /// The name on the command line and in results.
     #[must_use]
@@ -49,6 +71,7 @@ impl Rung {
         match self {
             Self::Rtl => "rtl",
             Self::Gpu => "gpu",
+            Self::Sampler => "sampler",
             Self::F64 => "f64",
             Self::Ewa => "ewa",
             Self::Truth => "truth",

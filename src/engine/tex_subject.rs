@@ -341,8 +341,10 @@ impl TexSubject {
         let mut seconds = 0.0;
         for first in (0..height).step_by(block) {
             let last = (first + block).min(height);
-            let asked: Vec<AskedGpu> =
-                (first..last).into_par_iter().map(|y| self.ask_gpu(engine.wrap, y)).collect();
+            let asked: Vec<AskedGpu> = (first..last)
+                .into_par_iter()
+                .map(|y| self.ask_gpu(engine.wrap, y))
+                .collect();
             let begin = Instant::now();
             rows.extend((first..last).map(|_| Row::new(width)));
             engine.filter(&asked, &mut |y, request, found| {
@@ -353,7 +355,8 @@ impl TexSubject {
                 }
                 row.probes += u64::from(found.probes);
                 row.texels += found.texels();
-                let pixel = [request.column, first + y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                let pixel =
+                    [request.column, first + y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
                 reports.add(found.flags, pixel);
             })?;
             seconds += begin.elapsed().as_secs_f64();

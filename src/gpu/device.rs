@@ -345,7 +345,11 @@ impl Gpu {
             return Ok(());
         }
         self.guarded(&format!("dispatch of {}", kernel.label), |device, queue| {
-            let bound = bind_group(device, &kernel.pipeline.get_bind_group_layout(0), resources);
+            let bound = bind_group(
+                device,
+                &kernel.pipeline.get_bind_group_layout(0),
+                (0u32..).zip(resources),
+            );
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
                 label: Some(&kernel.label),
             });
@@ -439,14 +443,14 @@ impl Gpu {
     }
 }
 
-/// Resources as bindings 0, 1, … of a group.
-pub(crate) fn bind_group(
+/// A group of resources by their bindings.
+pub(crate) fn bind_group<'a>(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    resources: Vec<wgpu::BindingResource<'_>>,
+    resources: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
 ) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry<'_>> = (0u32..)
-        .zip(resources)
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = resources
+        .into_iter()
         .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -47,7 +47,8 @@ impl Program {
     pub fn new(gpu: &Gpu, kernel: Kernel) -> Result<Self, GpuError> {
         let name = kernel.name();
         let module = gpu.module(name, &kernel.source())?;
-        let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..).zip(bindings()).map(entry).collect();
+        let entries: Vec<wgpu::BindGroupLayoutEntry> =
+            (0u32..).zip(bindings()).map(entry).collect();
         let (layout, pipeline) = gpu.guarded(&format!("kernel {name}"), |device, _| {
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some(name),
@@ -87,9 +88,16 @@ impl Program {
     /// # Errors
     ///
     /// What the driver reports.
-    pub fn warm(&self, gpu: &Gpu, maps: &Maps, policy: &Policy, words: Words) -> Result<(), GpuError> {
+    pub fn warm(
+        &self,
+        gpu: &Gpu,
+        maps: &Maps,
+        policy: &Policy,
+        words: Words,
+    ) -> Result<(), GpuError> {
         let zeros = vec![0; words.input];
-        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {}).map(|_| ())
+        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {})
+            .map(|_| ())
     }
 
     /// Uploads the operands of a batch.
@@ -113,7 +121,10 @@ impl Program {
         policy.output_words = small(words.output);
         let uniform = uniform(gpu, &policy.bytes())?;
         let input = gpu.upload("operands", input)?;
-        let output = gpu.buffer("results", crate::engine::to_u64(4 * fragments * words.output))?;
+        let output = gpu.buffer(
+            "results",
+            crate::engine::to_u64(4 * fragments * words.output),
+        )?;
         let steps = gpu.upload("steps", if steps.is_empty() { &[0.0] } else { steps })?;
         let bound = gpu.guarded(&format!("the bindings of {}", self.name), |device, _| {
             let resources = vec![
@@ -125,7 +136,7 @@ impl Program {
                 maps.tables.as_entire_binding(),
                 steps.as_entire_binding(),
             ];
-            super::device::bind_group(device, &self.layout, resources)
+            super::device::bind_group(device, &self.layout, (0u32..).zip(resources))
         })?;
         Ok(Batch {
             words,
@@ -143,7 +154,8 @@ impl Program {
     pub fn dispatch(&self, gpu: &Gpu, batch: &Batch) -> Result<(), GpuError> {
         let groups = small(batch.fragments).div_ceil(WORKGROUP);
         gpu.guarded(&format!("dispatch of {}", self.name), |device, queue| {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder =
+                device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 pass.set_pipeline(&self.pipeline);

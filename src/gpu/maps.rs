@@ -26,7 +26,11 @@ fn small(n: usize) -> u32 {
 
 fn wide(texels: &[[f32; 3]]) -> Vec<u8> {
     let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
-    texels.iter().flat_map(|t| rgba(*t)).flat_map(f32::to_le_bytes).collect()
+    texels
+        .iter()
+        .flat_map(|t| rgba(*t))
+        .flat_map(f32::to_le_bytes)
+        .collect()
 }
 
 impl Maps {
@@ -61,15 +65,23 @@ impl Maps {
             .enumerate()
             .flat_map(|(level, from)| {
                 let size = from.size;
-                from.texels.chunks(size * size).enumerate().map(move |(layer, texels)| Layer {
-                    level,
-                    layer,
-                    size: [size; 2],
-                    bytes: wide(texels),
-                })
+                from.texels
+                    .chunks(size * size)
+                    .enumerate()
+                    .map(move |(layer, texels)| Layer {
+                        level,
+                        layer,
+                        size: [size; 2],
+                        bytes: wide(texels),
+                    })
             })
             .collect();
-        self.texels = texture(gpu, "environment", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        self.texels = texture(
+            gpu,
+            "environment",
+            wgpu::TextureFormat::Rgba32Float,
+            &layers,
+        )?;
         Ok(self)
     }
 
@@ -118,7 +130,8 @@ impl Maps {
 fn distances(gpu: &Gpu, distance: &Distance) -> Result<wgpu::TextureView, GpuError> {
     let nothing = Distance::nothing();
     let cube = match (distance, &nothing) {
-        (Distance::Cube(cube), _) | (Distance::Box(_) | Distance::Sphere(_), Distance::Cube(cube)) => cube,
+        (Distance::Cube(cube), _)
+        | (Distance::Box(_) | Distance::Sphere(_), Distance::Cube(cube)) => cube,
         (Distance::Box(_) | Distance::Sphere(_), Distance::Box(_) | Distance::Sphere(_)) => {
             return Maps::none(gpu).map(|maps| maps.distances);
         }
@@ -130,7 +143,10 @@ fn distances(gpu: &Gpu, distance: &Distance) -> Result<wgpu::TextureView, GpuErr
             level: 0,
             layer,
             size: [cube.size; 2],
-            bytes: texels.iter().flat_map(|x| shown(*x).to_le_bytes()).collect(),
+            bytes: texels
+                .iter()
+                .flat_map(|x| shown(*x).to_le_bytes())
+                .collect(),
         })
         .collect();
     texture(gpu, "distances", wgpu::TextureFormat::R32Float, &layers)

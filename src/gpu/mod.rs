@@ -28,6 +28,7 @@ mod error;
 pub mod kernels;
 pub mod maps;
 pub mod policy;
+pub mod sampling;
 
 pub use adapter::AdapterFacts;
 pub use device::Gpu;

@@ -138,11 +138,7 @@ fn longer_derivative<R: Real>(columns: [Option<&[[R; 2]; 2]>; 2]) -> ([R; 2], [R
     } else {
         let [x, y] = [x, y].map(|t| (t / length).narrow());
         let zero = R::Narrow::from_f64(0.0);
-        if x < zero {
-            [-x, zero - y]
-        } else {
-            [x, y]
-        }
+        if x < zero { [-x, zero - y] } else { [x, y] }
     };
     ([squares[longest], rest], axis)
 }

@@ -59,8 +59,7 @@ fn inverse_pi<R: Real>() -> R {
 /// The cone after one operation.
 #[must_use]
 pub fn ray_cone(cone: Cone, step: Step, rules: ConeRules, set_diffuse: SetDiffuse) -> Cone {
-    let [angle, width] =
-        [cone.angle.0, cone.width.0].map(|x| Wide::from_f64(finite(x).0));
+    let [angle, width] = [cone.angle.0, cone.width.0].map(|x| Wide::from_f64(finite(x).0));
     let [angle, width] = after(angle, width, step, rules, set_diffuse);
     Cone {
         angle: Angle(angle.to_f64()),

@@ -43,7 +43,11 @@ impl Bounded {
     /// An operand, which the kernel holds exactly.
     #[must_use]
     pub fn exact(value: f64) -> Self {
-        let error = if value.abs() < LEAST { value.abs() } else { 0.0 };
+        let error = if value.abs() < LEAST {
+            value.abs()
+        } else {
+            0.0
+        };
         Self { value, error }
     }
 
@@ -262,7 +266,8 @@ impl Narrow for Bounded {
             };
         }
         let carried = value - libm::log2(low);
-        let own = if (0.5..=2.0).contains(&low) || (0.5..=2.0).contains(&(self.value + self.error)) {
+        let own = if (0.5..=2.0).contains(&low) || (0.5..=2.0).contains(&(self.value + self.error))
+        {
             libm::exp2(-21.0)
         } else {
             3.0 * EPSILON * (value.abs() + carried)
@@ -324,7 +329,11 @@ mod tests {
         assert_eq!(Bounded::undecided(), 0);
         assert!(near < Bounded::exact(1.000_000_5));
         assert_eq!(Bounded::undecided(), 1);
-        let _ = Bounded { value: 3.0 - 1e-9, error: 1e-8 }.floor();
+        let _ = Bounded {
+            value: 3.0 - 1e-9,
+            error: 1e-8,
+        }
+        .floor();
         assert_eq!(Bounded::undecided(), 1);
     }
 }

@@ -135,7 +135,10 @@ impl StageChecks {
     }
 
     fn row(&mut self, stage: Stage, register: &'static str) -> &mut Row {
-        let found = self.rows.iter().position(|r| (r.stage, r.register) == (stage, register));
+        let found = self
+            .rows
+            .iter()
+            .position(|r| (r.stage, r.register) == (stage, register));
         let at = found.unwrap_or_else(|| {
             self.rows.push(Row {
                 stage,
@@ -188,7 +191,9 @@ impl Recorder {
 
     /// The words of a kernel that writes `registers`.
     fn expected(&self, registers: &[Register]) -> Vec<Expected> {
-        let words = registers.iter().flat_map(|r| (0..r.words).map(|c| (r.name, c)));
+        let words = registers
+            .iter()
+            .flat_map(|r| (0..r.words).map(|c| (r.name, c)));
         words.map(|(name, c)| self.get(name, c)).collect()
     }
 
@@ -280,7 +285,10 @@ impl<'a> Checker<'a> {
             input: first.operands.len(),
             output: station.registers.iter().map(|r| r.words).sum(),
         };
-        let input: Vec<u32> = cases.iter().flat_map(|c| c.operands.iter().copied()).collect();
+        let input: Vec<u32> = cases
+            .iter()
+            .flat_map(|c| c.operands.iter().copied())
+            .collect();
         let program = match self.programs.entry(station.kernel) {
             std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
             std::collections::hash_map::Entry::Vacant(entry) => {
@@ -308,12 +316,20 @@ impl<'a> Checker<'a> {
             let Some(expected) = case.expected.get(range.clone()) else {
                 continue;
             };
-            let shown = |word: &u32| if register.whole { f64::from(*word) } else { number(*word) };
+            let shown = |word: &u32| {
+                if register.whole {
+                    f64::from(*word)
+                } else {
+                    number(*word)
+                }
+            };
             let values: Vec<f64> = results[range].iter().map(shown).collect();
             let row = self.found.row(stage, register.name);
             let before = row.unexplained;
-            for (gpu, (value, tolerance)) in
-                values.iter().zip(expected).filter_map(|(v, e)| e.map(|e| (*v, e)))
+            for (gpu, (value, tolerance)) in values
+                .iter()
+                .zip(expected)
+                .filter_map(|(v, e)| e.map(|e| (*v, e)))
             {
                 row.add(gpu, value, tolerance, case.undecided);
             }

@@ -98,7 +98,11 @@ impl<'a> GpuHit<'a> {
     /// # Errors
     ///
     /// What the driver reports.
-    pub fn filter(&self, rays: &[HitFragment], progress: Progress<'_>) -> Result<Vec<HitResult>, GpuError> {
+    pub fn filter(
+        &self,
+        rays: &[HitFragment],
+        progress: Progress<'_>,
+    ) -> Result<Vec<HitResult>, GpuError> {
         Ok(self.reported(rays, &vec![[0; 2]; rays.len()], progress)?.0)
     }
 
@@ -126,7 +130,10 @@ impl<'a> GpuHit<'a> {
             &|n| progress(n),
         )?;
         let mut reports = Reports::default();
-        let results = words.chunks_exact(HIT_WORDS.output).zip(rays).zip(&operands.flags);
+        let results = words
+            .chunks_exact(HIT_WORDS.output)
+            .zip(rays)
+            .zip(&operands.flags);
         let results = results
             .zip(pixels)
             .map(|(((words, ray), flags), pixel)| {

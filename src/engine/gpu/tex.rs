@@ -180,10 +180,12 @@ impl<'a> GpuTex<'a> {
             gpu,
         };
         if let Some(texture) = out.textures.first() {
-            out.tex.warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+            out.tex
+                .warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
         }
         let environment = &out.environment;
-        out.sky.warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        out.sky
+            .warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
         Ok(out)
     }
 

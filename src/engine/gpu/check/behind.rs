@@ -149,15 +149,19 @@ impl<'a> Behind<'a> {
         match &self.memory {
             Memory::Cube(texture) => {
                 self.addresses(checker, &lines)?;
-                self.filters(checker, &lines, Kernel::Stage(Stage::Filter), &|case, words, levels| {
-                    cube_probe(texture, case, words, levels)
-                })
+                self.filters(
+                    checker,
+                    &lines,
+                    Kernel::Stage(Stage::Filter),
+                    &|case, words, levels| cube_probe(texture, case, words, levels),
+                )
             }
-            Memory::Planar(texture) => {
-                self.filters(checker, &lines, Kernel::FilterPlanar, &|case, words, levels| {
-                    planar_probe(texture, case, words, levels)
-                })
-            }
+            Memory::Planar(texture) => self.filters(
+                checker,
+                &lines,
+                Kernel::FilterPlanar,
+                &|case, words, levels| planar_probe(texture, case, words, levels),
+            ),
         }
     }
 
@@ -166,7 +170,10 @@ impl<'a> Behind<'a> {
         let pixel = footing.pixel;
         let zero = [[Bounded::exact(0.0); 2]; 2];
         let (d, rough) = (&footing.d, footing.rough.as_ref());
-        let matrices = d.as_flattened().iter().chain(rough.unwrap_or(&zero).as_flattened());
+        let matrices = d
+            .as_flattened()
+            .iter()
+            .chain(rough.unwrap_or(&zero).as_flattened());
         let matrices: Vec<Bounded> = matrices.copied().collect();
         let (k, recorder, undecided) = recorded(|tap, _| covariance(d, rough, tap));
         cases[0].push(Case {
@@ -257,7 +264,9 @@ impl<'a> Behind<'a> {
         let small = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let mut cases = Vec::new();
         for line in lines {
-            let sizes = self.levels(line.lod.value).map(|level| (self.size[0] >> level).max(1));
+            let sizes = self
+                .levels(line.lod.value)
+                .map(|level| (self.size[0] >> level).max(1));
             for index in 0..line.probes {
                 let mut operands = vec![small(line.face)];
                 operands.extend(bits(&line.centre).chain(bits(&line.step)));
@@ -500,7 +509,8 @@ fn planar_probe(
         let value = wrapped(u.value, wrap);
         // The remainder's product is exact; the difference is rounded once.
         let moved = (value - u.value).abs();
-        let error = u.error + super::EPSILON * (value.abs() + u.error) * f64::from(u8::from(moved > 0.0));
+        let error =
+            u.error + super::EPSILON * (value.abs() + u.error) * f64::from(u8::from(moved > 0.0));
         // Where the texture begins anew a device may be on the other side.
         let inside = Bounded {
             value: value.abs(),
@@ -519,11 +529,7 @@ fn planar_probe(
 }
 
 /// The colour from the device's own bilinear values.
-fn color<'w>(
-    lod: f64,
-    weights: &[f64],
-    probes: impl Iterator<Item = &'w [u32]>,
-) -> Vec<Expected> {
+fn color<'w>(lod: f64, weights: &[f64], probes: impl Iterator<Item = &'w [u32]>) -> Vec<Expected> {
     let fraction = Bounded::exact(lod - lod.floor());
     let zero = Bounded::exact(0.0);
     let mut sums = [[zero; 3]; 2];

@@ -1,7 +1,10 @@
 //! The checks of the ENV operation's stages.
 
 use super::behind::{Behind, Footing};
-use super::{Bounded, CHUNK, Case, Checker, Register, StageChecks, Station, bits, float, handed, handed_on, ports, recorded, whole};
+use super::{
+    Bounded, CHUNK, Case, Checker, Register, StageChecks, Station, bits, float, handed, handed_on,
+    ports, recorded, whole,
+};
 use crate::cube::CubeMap;
 use crate::engine::{Progress, to_u64};
 use crate::fragment::PixelFragment;
@@ -119,14 +122,15 @@ fn fragment_cases(
     cases: &mut [Vec<Case>; 6],
 ) -> Footing {
     let pixel = *pixel;
-    let mut put = |at: usize, operands: Vec<u32>, (recorder, undecided): (super::Recorder, bool)| {
-        cases[at].push(Case {
-            pixel,
-            operands,
-            expected: recorder.expected(FRONT[at].1),
-            undecided,
-        });
-    };
+    let mut put =
+        |at: usize, operands: Vec<u32>, (recorder, undecided): (super::Recorder, bool)| {
+            cases[at].push(Case {
+                pixel,
+                operands,
+                expected: recorder.expected(FRONT[at].1),
+                undecided,
+            });
+        };
     let (v, n) = (ports(f.v), ports(f.n));
     let used = f.h.filter(|_| f.bump.is_some() || f.rough.is_some());
     let frame = used.map(|h| {
@@ -146,12 +150,19 @@ fn fragment_cases(
     let mut n_mod = n;
     if let Some((frame, b)) = &bumped {
         let (found, recorder, undecided) = recorded(|tap, _| bump(n, frame, *b, tap));
-        let words = bits(&n).chain(bits(&frame.e1)).chain(bits(&frame.e2)).chain(bits(b));
+        let words = bits(&n)
+            .chain(bits(&frame.e1))
+            .chain(bits(&frame.e2))
+            .chain(bits(b));
         put(1, words.collect(), (recorder, undecided));
         n_mod = handed(found);
     }
     let (found, recorder, undecided) = recorded(|tap, _| reflect(v, n_mod, tap));
-    put(2, bits(&v).chain(bits(&n_mod)).collect(), (recorder, undecided));
+    put(
+        2,
+        bits(&v).chain(bits(&n_mod)).collect(),
+        (recorder, undecided),
+    );
     let reflection = Reflection {
         v_r: handed(found.v_r),
         n_dot_v: handed_on(found.n_dot_v),
@@ -172,7 +183,13 @@ fn fragment_cases(
         dn: [ports(f.dn_dx), ports(f.dn_dy)],
     };
     let (found, recorder, undecided) = recorded(|tap, _| {
-        jacobian(&surface, &derivatives, settings.dnmod, rotation.as_ref(), tap)
+        jacobian(
+            &surface,
+            &derivatives,
+            settings.dnmod,
+            rotation.as_ref(),
+            tap,
+        )
     });
     let nothing = ([Bounded::exact(0.0); 3], Bounded::exact(0.0));
     let (h, direction, inv_length, n_length) = bumped.map_or(
@@ -180,7 +197,10 @@ fn fragment_cases(
         |(frame, _)| (frame.h, frame.direction, frame.inv_length, frame.n_length),
     );
     let b = bumped.map_or([nothing.1; 2], |(_, b)| b);
-    let mut words: Vec<u32> = [v, n, n_mod, h, direction].iter().flat_map(|x| bits(x)).collect();
+    let mut words: Vec<u32> = [v, n, n_mod, h, direction]
+        .iter()
+        .flat_map(|x| bits(x))
+        .collect();
     words.extend(bits(&[inv_length, n_length, b[0], b[1]]));
     words.extend(bits(&[reflection.n_dot_v, reflection.n_dot_n]));
     words.extend(&facing_operands);
@@ -190,9 +210,8 @@ fn fragment_cases(
     let rough = frame.zip(f.rough).map(|(frame, factors)| {
         let factors = ports(factors);
         let [scale] = ports([settings.roughness_scale]);
-        let (found, recorder, undecided) = recorded(|tap, _| {
-            roughness(&surface, &frame, factors, scale, rotation.as_ref(), tap)
-        });
+        let (found, recorder, undecided) =
+            recorded(|tap, _| roughness(&surface, &frame, factors, scale, rotation.as_ref(), tap));
         let vectors = [v, n_mod, frame.e1, frame.e2];
         let mut words: Vec<u32> = vectors.iter().flat_map(|x| bits(x)).collect();
         words.extend(bits(&[reflection.n_dot_v]));

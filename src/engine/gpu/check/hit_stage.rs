@@ -2,6 +2,7 @@
 
 use super::{Bounded, Expected, Register, Rotation, exactly, expect, float, number, own, whole};
 use crate::cube::{FACE_AXES, major_face};
+use crate::engine::gpu::bit;
 use crate::fragment::HitFragment;
 use crate::gpu::policy::to_f32;
 use crate::policy::{ConeEnv, HitFootprint, HitStatus, LookUp, Outside};
@@ -10,7 +11,6 @@ use crate::reference::cube_face::cube_face;
 use crate::reference::hit::step::{Ray, step};
 use crate::reference::real::{Narrow as _, Real as _};
 use crate::reference::vector::{beside, cross, dot, transform};
-use crate::engine::gpu::bit;
 use crate::reference::{Flag, Flags, NoTap};
 use crate::settings::Settings;
 
@@ -75,7 +75,11 @@ fn length(v: [Bounded; 3]) -> Bounded {
     }
     let (_, exponent) = libm::frexp(most);
     let scale = libm::ldexp(1.0, 1 - exponent);
-    let root = dot(v.map(|c| Bounded::exact(c.value * scale)), v.map(|c| Bounded::exact(c.value * scale))).sqrt();
+    let root = dot(
+        v.map(|c| Bounded::exact(c.value * scale)),
+        v.map(|c| Bounded::exact(c.value * scale)),
+    )
+    .sqrt();
     Bounded {
         value: root.value / scale,
         error: root.error / scale,
@@ -96,7 +100,9 @@ impl Walls<'_> {
         if let Some(half_edges) = self.half_edges {
             let walls = q.iter().zip(half_edges).filter(|(q, _)| !q.is_zero());
             let walls = walls.map(|(q, h)| Bounded::exact(f64::from(to_f32(h))) / q.abs());
-            return walls.fold(Bounded::exact(f64::from(f32::MAX)), |least, x| -(-x).larger(-least));
+            return walls.fold(Bounded::exact(f64::from(f32::MAX)), |least, x| {
+                -(-x).larger(-least)
+            });
         }
         let Some((size, texels)) = self.distances.bordered() else {
             return Bounded::exact(-1.0);
@@ -208,12 +214,19 @@ impl Turn<'_> {
 }
 
 fn status_word(status: HitStatus) -> u32 {
-    let at = crate::engine::gpu::hit::STATUS.iter().position(|s| *s == status);
+    let at = crate::engine::gpu::hit::STATUS
+        .iter()
+        .position(|s| *s == status);
     u32::try_from(at.unwrap_or(0)).unwrap_or(0)
 }
 
 /// What every word of the kernel's results must be.
-pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], results: &[u32]) -> Vec<Expected> {
+pub(super) fn expected(
+    walls: &Walls<'_>,
+    ray: &HitFragment,
+    operands: &[u32],
+    results: &[u32],
+) -> Vec<Expected> {
     let settings = walls.settings;
     let policy = &settings.hit;
     let operand = |at: usize| [at, at + 1, at + 2].map(|i| own(operands[i]));
@@ -223,17 +236,27 @@ pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], r
     out.push(expect(walls.read(r)));
     let far = own(results[3]);
     let one = Bounded::exact(1.0);
-    let tau = policy.tolerance_bits.map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
+    let tau = policy
+        .tolerance_bits
+        .map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
     let tau = Bounded::exact(tau);
     let side = |f: Bounded| i8::from(f > one + tau) - i8::from(f < one - tau);
-    let turns: Vec<Turn<'_>> = results[4..].chunks_exact(TURN).take(policy.iterations as usize + 1).map(Turn).collect();
+    let turns: Vec<Turn<'_>> = results[4..]
+        .chunks_exact(TURN)
+        .take(policy.iterations as usize + 1)
+        .map(Turn)
+        .collect();
     // Before the first look-up in the loop.
     let first = &turns[0];
     let start = length(x);
     out.push(expect(start));
     let at_origin = start.value == 0.0;
     out.push(expect(if at_origin { start } else { walls.read(x) }));
-    let near = if at_origin { start } else { ratio(own(first.0[0]), own(first.0[1])) };
+    let near = if at_origin {
+        start
+    } else {
+        ratio(own(first.0[0]), own(first.0[1]))
+    };
     out.push(expect(near));
     out.push(exactly(0));
     let begins = side(first.ratio());
@@ -273,7 +296,13 @@ pub(super) fn expected(walls: &Walls<'_>, ray: &HitFragment, operands: &[u32], r
         let (before, turn) = (&pair[0], &pair[1]);
         if done {
             // A search that has ended keeps its registers.
-            out.extend(before.0.iter().map(|word| Some((number(*word), 0.0))).take(8));
+            out.extend(
+                before
+                    .0
+                    .iter()
+                    .map(|word| Some((number(*word), 0.0)))
+                    .take(8),
+            );
             out.extend([exactly(status_word(status)), exactly(1)]);
             continue;
         }
@@ -355,13 +384,21 @@ fn behind(
     }
     let t = [three(0), three(3)];
     let (angle, width) = (own(operands[6]), own(operands[7]));
-    let wide = if escaped { angle.abs() } else { (width + angle * last.d()).abs() };
+    let wide = if escaped {
+        angle.abs()
+    } else {
+        (width + angle * last.d()).abs()
+    };
     out.push(expect(wide));
     let width = own(rest[6]);
     let rotation = walls.rotation.as_ref();
     let mut flags = Flags::default();
     let facing = cube_face(last.l(), rotation, &mut flags, &mut NoTap);
-    let raised = if flags.contains(Flag::Zero) { bit(Flag::Zero) } else { 0 };
+    let raised = if flags.contains(Flag::Zero) {
+        bit(Flag::Zero)
+    } else {
+        0
+    };
     if ray.cone.is_none() {
         out.extend([None; 4]);
         return (out, raised);
@@ -372,7 +409,11 @@ fn behind(
         out.extend([expect(constant), zero, zero, expect(constant)]);
         return (out, raised);
     }
-    let columns = t.map(|t| facing.numerator(walls.turn(t)).map(|x| x * facing.inv_ma * width));
+    let columns = t.map(|t| {
+        facing
+            .numerator(walls.turn(t))
+            .map(|x| x * facing.inv_ma * width)
+    });
     for row in 0..2 {
         out.extend(columns.map(|column| expect(column[row])));
     }

@@ -1,7 +1,10 @@
 //! The checks of the TEX operation's stages.
 
 use super::behind::{Behind, Footing};
-use super::{Bounded, Case, Checker, Register, StageChecks, Station, bits, expect, float, handed, ports, recorded, whole};
+use super::{
+    Bounded, Case, Checker, Register, StageChecks, Station, bits, expect, float, handed, ports,
+    recorded, whole,
+};
 use crate::engine::cones::{Asked, Cones, FloatCones, walk};
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::tex::{encode, step_words};
@@ -10,8 +13,8 @@ use crate::engine::{Progress, to_u64};
 use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
-use crate::planar::PlanarMap;
 use crate::gpu::{Gpu, GpuError};
+use crate::planar::PlanarMap;
 use crate::reference::Flag;
 use crate::reference::ray_cone::{Cone, Step, after, camera::Larger};
 use crate::reference::surface_footprint::surface_footprint;
@@ -112,7 +115,13 @@ fn cone_case(settings: &Settings, cone: Cone, step: Step, pixel: [u32; 2]) -> Ca
     let cone = ports([cone.angle.0, cone.width.0]);
     let ([kind, operands @ ..], exact) = (step_words(step), rounded_step(step));
     let (after, _, undecided) = recorded(|_, _| {
-        after(cone[0], cone[1], exact, settings.cone_rules, settings.set_diffuse)
+        after(
+            cone[0],
+            cone[1],
+            exact,
+            settings.cone_rules,
+            settings.set_diffuse,
+        )
     });
     #[expect(
         clippy::cast_possible_truncation,
@@ -194,8 +203,9 @@ impl Requests {
             registers,
         };
         let steps = self.steps.iter();
-        let mut cones: Vec<Case> =
-            steps.map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel)).collect();
+        let mut cones: Vec<Case> = steps
+            .map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel))
+            .collect();
         checker.stage(&station(Stage::RayCone, RAY_CONE), &mut cones, &|_, _| {})?;
         let (mut surfaces, footings): (Vec<Case>, Vec<Footing>) = self
             .surfaces
@@ -252,21 +262,33 @@ pub fn check_tex(
         let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
             let pixel = [x, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-            scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
+            scene.path(
+                [x, y].map(|n| n as f64 + 0.5),
+                [0, scene.samples],
+                &mut path,
+            );
             let mut steps = Vec::new();
             let mut remembering = Remembering {
                 cones: FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse),
                 steps: &mut steps,
             };
             let lens = scene.camera.lens;
-            walk(&mut remembering, &settings.tex, lens, &path, &mut |asked, cone| {
-                if let Asked::Look(look) = asked {
-                    let request = (pixel, look.fragment, cone.width.0);
-                    requests[look.texture].surfaces.push(request);
-                }
-            });
+            walk(
+                &mut remembering,
+                &settings.tex,
+                lens,
+                &path,
+                &mut |asked, cone| {
+                    if let Asked::Look(look) = asked {
+                        let request = (pixel, look.fragment, cone.width.0);
+                        requests[look.texture].surfaces.push(request);
+                    }
+                },
+            );
             if let Some(first) = requests.first_mut() {
-                first.steps.extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
+                first
+                    .steps
+                    .extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
             }
         }
         for (requests, (behind, size)) in requests.iter().zip(&behind) {
