@@ -187,7 +187,9 @@ impl HitSubject {
         picture
     }
 
-    fn rendering(&self, start: Instant, results: Vec<HitResult>) -> Rendering {
+    /// A rendering of each ray's result, begun at `start`.
+    #[must_use]
+    pub fn rendering(&self, start: Instant, results: &[HitResult]) -> Rendering {
         let seconds = start.elapsed().as_secs_f64();
         let mut flags = BTreeMap::new();
         for name in results.iter().flat_map(|r| &r.flags) {
@@ -201,7 +203,7 @@ impl HitSubject {
             texels: results.iter().map(|r| r.texels).sum(),
             flags,
             standard_error: None,
-            searches: Some(Searches::of(&results)),
+            searches: Some(Searches::of(results)),
             texture_use: None,
         }
     }
@@ -211,7 +213,7 @@ impl HitSubject {
     pub fn rtl(&self, engine: &HitRtl, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, engine.filter(&fragments, progress))
+        self.rendering(start, &engine.filter(&fragments, progress))
     }
 
     /// The float reference over this subject's maps.
@@ -225,7 +227,8 @@ impl HitSubject {
     pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, self.reference(settings).filter(&fragments, progress))
+        let results = self.reference(settings).filter(&fragments, progress);
+        self.rendering(start, &results)
     }
 
     /// The environment in the direction of R alone, as if every ray started at the reference point.

@@ -9,6 +9,7 @@ pub mod hit;
 pub mod hit_subject;
 pub mod probe;
 pub mod registers;
+pub mod reuse;
 pub mod rtl;
 pub mod tex;
 mod tex_requests;

@@ -17,6 +17,7 @@ use crate::scene::tex::path::{Look, Path};
 use crate::settings::Settings;
 
 /// One request of a row: its pixel's column, its weight, and what is asked.
+#[derive(Debug)]
 pub(super) struct Request<A> {
     pub(super) column: usize,
     pub(super) weight: f64,
@@ -155,6 +156,7 @@ impl TexSubject {
     }
 }
 
+#[derive(Debug)]
 pub(super) struct AskedRtl {
     /// By texture.
     pub(super) looks: Vec<Vec<Request<TexWords>>>,

@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use rtl_model::unit::TexWords;
+use rtl_model::unit::{Results, TexState, TexWords};
 
+use super::dispatch::LANES;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::tex::TexRtl;
-use super::tex_requests::{Request, scene_row};
+use super::reuse::tex::{First, KeptBlocks, KeptRow};
+use super::tex_requests::{AskedRtl, Request, scene_row};
 use super::tiles::{Tiles, level_colour};
 use super::{Progress, Rendering, TextureUse, to_u64};
 use crate::cube::CubeMap;
@@ -85,6 +87,33 @@ impl Row {
         }
     }
 
+    /// Adds what one lane found for a request to a texture.
+    fn look(
+        &mut self,
+        unit: &TexRtl,
+        index: usize,
+        request: &Request<TexWords>,
+        (state, out, lane): (&TexState<LANES>, &Results<LANES>, usize),
+    ) {
+        let result = unit.result(state, out, lane);
+        self.add(request.column, request.weight, result.color);
+        self.level(request.column, request.weight, result.lod);
+        self.probes += u64::from(result.probes);
+        self.texels += result.texels;
+        if !out.flags[lane].is_empty() {
+            for name in unit.flags(out, lane) {
+                *self.flags.entry(name).or_default() += 1;
+            }
+        }
+        if let Some(texture) = &unit.texture {
+            let tiles = &mut self.tiles[index];
+            unit.unit
+                .footprints(state, lane, texture, &mut |level, corner| {
+                    tiles.touch(level, corner);
+                });
+        }
+    }
+
     fn sky(&mut self, asked: &[Request<HitFragment>], found: Vec<HitResult>) {
         for (request, found) in asked.iter().zip(found) {
             self.add(request.column, request.weight, found.color);
@@ -149,16 +178,20 @@ impl TexSubject {
     /// Rows in parallel, put together in order.
     fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> Rendering {
         let start = Instant::now();
-        let (width, height) = (self.scene.width, self.scene.height);
-        let rows: Vec<Row> = (0..height)
+        let rows: Vec<Row> = (0..self.scene.height)
             .into_par_iter()
             .map(|y| {
                 let out = row(y);
-                progress(to_u64(width));
+                progress(to_u64(self.scene.width));
                 out
             })
             .collect();
-        let wall = start.elapsed().as_secs_f64();
+        self.assemble(rows, start.elapsed().as_secs_f64())
+    }
+
+    /// The picture and the counts of all rows, which took `wall` seconds.
+    fn assemble(&self, rows: Vec<Row>, wall: f64) -> Rendering {
+        let (width, height) = (self.scene.width, self.scene.height);
         let mut picture = Picture::new(width, height);
         let mut levels = Picture::new(width, height);
         picture.covered.fill(true);
@@ -213,51 +246,78 @@ impl TexSubject {
         settings: &Settings,
         progress: Progress<'_>,
     ) -> Rendering {
-        let wrap = settings.tex.wrap;
         self.rows(progress, |y| {
-            let mut row = Row::new(self.scene.width);
-            row.tiles = self
-                .scene
-                .textures
-                .iter()
-                .map(|map| Tiles::new(map, wrap))
-                .collect();
             let begin = Instant::now();
             let asked = self.ask_rtl(engine, settings, y);
-            row.seconds[0] = asked.paths;
-            row.flags.clone_from(&asked.flags);
-            for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
-                let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
-                let mut at = 0;
-                unit.blocks(&words, |state, out, len| {
-                    for lane in 0..len {
-                        let result = unit.result(state, out, lane);
-                        let request = &looks[at];
-                        at += 1;
-                        row.add(request.column, request.weight, result.color);
-                        row.level(request.column, request.weight, result.lod);
-                        row.probes += u64::from(result.probes);
-                        row.texels += result.texels;
-                        if !out.flags[lane].is_empty() {
-                            for name in unit.flags(out, lane) {
-                                *row.flags.entry(name).or_default() += 1;
-                            }
-                        }
-                        if let Some(texture) = &unit.texture {
-                            let tiles = &mut row.tiles[index];
-                            unit.unit
-                                .footprints(state, lane, texture, &mut |level, corner| {
-                                    tiles.touch(level, corner);
-                                });
-                        }
-                    }
-                });
-            }
-            let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
-            row.sky(&asked.sky, engine.sky.filter(&rays, &|_| {}));
-            row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            let mut row = self.row_by_rtl(engine, &asked, None);
+            row.seconds = [asked.paths, begin.elapsed().as_secs_f64() - asked.paths];
             row
         })
+    }
+
+    /// By the integer model, from kept rows.
+    pub(super) fn rtl_again(
+        &self,
+        engine: &TexEngine,
+        rows: &mut [KeptRow],
+        first: &First,
+        progress: Progress<'_>,
+    ) -> Rendering {
+        let start = Instant::now();
+        let rows: Vec<Row> = rows
+            .par_iter_mut()
+            .map(|kept| {
+                let row = self.row_by_rtl(engine, &kept.asked, Some((&mut kept.blocks, first)));
+                progress(to_u64(self.scene.width));
+                row
+            })
+            .collect();
+        let wall = start.elapsed().as_secs_f64();
+        let mut out = self.assemble(rows, wall);
+        out.seconds = wall;
+        out
+    }
+
+    /// A row's requests through the units, or from kept blocks.
+    fn row_by_rtl(
+        &self,
+        engine: &TexEngine,
+        asked: &AskedRtl,
+        mut kept: Option<(&mut KeptBlocks, &First)>,
+    ) -> Row {
+        let mut row = Row::new(self.scene.width);
+        row.flags.clone_from(&asked.flags);
+        let maps = self.scene.textures.iter().zip(&engine.textures);
+        row.tiles = maps
+            .map(|(map, unit)| Tiles::new(map, unit.config.tex.wrap))
+            .collect();
+        for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
+            let mut at = 0;
+            let each = |state: &TexState<LANES>, out: &Results<LANES>, len: usize| {
+                for lane in 0..len {
+                    row.look(unit, index, &looks[at], (state, out, lane));
+                    at += 1;
+                }
+            };
+            match &mut kept {
+                Some((kept, first)) => {
+                    unit.reblocks(&mut kept.looks[index], first.looks[index], each);
+                }
+                None => {
+                    let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
+                    unit.blocks(&words, each);
+                }
+            }
+        }
+        let found = match kept {
+            Some((kept, first)) => engine.sky.refilter(&mut kept.sky, first.sky, &|_| {}),
+            None => {
+                let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
+                engine.sky.filter(&rays, &|_| {})
+            }
+        };
+        row.sky(&asked.sky, found);
+        row
     }
 
     fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {

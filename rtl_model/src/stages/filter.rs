@@ -21,7 +21,7 @@ use crate::tap::Tap;
 use crate::texture::{Texels, Texture};
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     lod_shift: i64,
     lod_frac: i64,

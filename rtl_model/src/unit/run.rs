@@ -33,14 +33,7 @@ impl Unit {
         states: &mut [State<N>],
         tap: &mut T,
     ) {
-        macro_rules! each {
-            ($($stage:ident)+) => { $(
-                for (ports, state) in ports.iter().zip(states.iter_mut()) {
-                    self.$stage(ports, state, tap);
-                }
-            )+ };
-        }
-        each!(ports local_frame bump reflect cube_face normal jacobian roughness covariance eigen footprint);
+        self.fronts_from(0, ports, states, tap);
     }
 
     /// `local_frame`, if the scene needs it.
@@ -345,7 +338,7 @@ impl Unit {
 
     /// Level, column and row (in the bordered level) of the first texel of each bilinear footprint of a lane.
     #[inline(always)]
-    pub(super) fn footprints<const N: usize>(
+    pub fn footprints<const N: usize>(
         &self,
         state: &State<N>,
         lane: usize,
