@@ -7,6 +7,7 @@ mod compare;
 mod compare_files;
 mod compare_tables;
 mod cones;
+mod cost;
 mod diff;
 mod diff_results;
 mod impostor;
@@ -18,6 +19,9 @@ mod output;
 mod progress;
 mod render;
 mod scenes;
+mod study;
+mod study_slurm;
+mod study_table;
 mod subject;
 mod tables;
 mod trace;
@@ -111,8 +115,10 @@ enum Command {
     Diff(diff::Args),
     /// Test vectors (not built yet).
     Vectors(Later),
-    /// Sweeps (not built yet).
-    Study(Later),
+    /// Sweep knobs over scenes; put parts together, print tables.
+    Study(study::Args),
+    /// What a unit costs in gates, and the cost model's knobs.
+    Cost(cost::Args),
     /// The smallest unit that a scene needs (not built yet).
     Size(Later),
     /// Write a scene's distance impostor, or study what it is good for.
@@ -161,7 +167,8 @@ pub fn run() -> ExitCode {
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Vectors(rest) => later("vectors", rest),
-        Command::Study(rest) => later("study", rest),
+        Command::Study(args) => study::run(args),
+        Command::Cost(args) => cost::run(args),
         Command::Size(rest) => later("size", rest),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),

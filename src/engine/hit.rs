@@ -9,6 +9,7 @@ use rtl_model::{Config, ConfigError, NoTap, NoTapStandard, Tap, Texture};
 use super::Progress;
 use super::dispatch::{self, LANES, Level, Task};
 use super::probe::{Code, RtlProbe, to_f64};
+use super::reuse::lines::Line;
 use super::rtl::overflow_name;
 use crate::cube::{CubeMap, FACE_NAMES, across_edge};
 use crate::distance::Distance;
@@ -399,9 +400,25 @@ impl<'a> HitF64<'a> {
         )
     }
 
+    /// Every ray's result and its probe line, in order. A ray without a cone has the line of no footprint.
+    #[must_use]
+    pub fn lines(&self, rays: &[HitFragment]) -> (Vec<HitResult>, Vec<Line>) {
+        let each = |ray: &HitFragment| {
+            let both = self.trace(ray, &mut reference::NoTap);
+            let line = both
+                .env
+                .map_or(Line::NONE, |env| Line::of_env(&env, self.face_size));
+            (Self::result(&both), line)
+        };
+        rays.par_iter().map(each).unzip()
+    }
+
     fn one(&self, ray: &HitFragment) -> HitResult {
-        let both = self.trace(ray, &mut reference::NoTap);
-        let hit = both.hit;
+        Self::result(&self.trace(ray, &mut reference::NoTap))
+    }
+
+    fn result(both: &reference::HitEnv) -> HitResult {
+        let hit = &both.hit;
         let flags = both.env.map_or(hit.flags, |env| env.flags);
         HitResult {
             d: hit.d,

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
+use super::reuse::lines::Line;
 use super::{Progress, Rendering, Searches, to_u64};
 use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
@@ -229,6 +230,14 @@ impl HitSubject {
         let start = Instant::now();
         let results = self.reference(settings).filter(&fragments, progress);
         self.rendering(start, &results)
+    }
+
+    /// By the float reference, with the probe line of every ray.
+    #[must_use]
+    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<Line>) {
+        let start = Instant::now();
+        let (results, lines) = self.reference(settings).lines(&self.fragments());
+        (self.rendering(start, &results), lines)
     }
 
     /// The environment in the direction of R alone, as if every ray started at the reference point.

@@ -102,16 +102,10 @@ impl Block {
         &self.state
     }
 
-    /// Lanes in use.
+    /// Its requests, one a lane.
     #[must_use]
-    pub fn len(&self) -> usize {
-        self.requests.len()
-    }
-
-    /// Whether no lane is in use.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.requests.is_empty()
+    pub fn requests(&self) -> &[TexWords] {
+        &self.requests
     }
 }
 

@@ -1,6 +1,7 @@
 //! A scene of the TEX operation as every engine renders it.
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -10,8 +11,9 @@ use super::dispatch::LANES;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
-use super::tex::TexRtl;
+use super::reuse::lines::{Line, TexLine};
 use super::reuse::tex::{First, KeptBlocks, KeptRow};
+use super::tex::TexRtl;
 use super::tex_requests::{AskedRtl, Request, scene_row};
 use super::tiles::{Tiles, level_colour};
 use super::{Progress, Rendering, TextureUse, to_u64};
@@ -107,10 +109,9 @@ impl Row {
         }
         if let Some(texture) = &unit.texture {
             let tiles = &mut self.tiles[index];
-            unit.unit
-                .footprints(state, lane, texture, &mut |level, corner| {
-                    tiles.touch(level, corner);
-                });
+            unit.unit.footprints(state, lane, texture, &mut |at| {
+                tiles.touch(at.level, at.texel);
+            });
         }
     }
 
@@ -328,7 +329,13 @@ impl TexSubject {
     }
 
     /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
-    fn float(&self, settings: &Settings, gaussian: bool, progress: Progress<'_>) -> Rendering {
+    fn float(
+        &self,
+        settings: &Settings,
+        gaussian: bool,
+        progress: Progress<'_>,
+        keep: &(dyn Fn(usize, Vec<TexLine>) + Sync),
+    ) -> Rendering {
         let prepared = Prepared::new(settings);
         let textures = self.planar(settings);
         let nowhere = Distance::nothing();
@@ -339,12 +346,18 @@ impl TexSubject {
             let begin = Instant::now();
             let asked = self.ask_f64(settings, y);
             row.seconds[0] = asked.paths;
+            let mut lines = Vec::with_capacity(asked.looks.len());
             for request in &asked.looks {
                 let (index, fragment, width) = &request.asked;
                 let texture = &textures[*index];
                 let size = texture.level_size(0);
                 let read = (!gaussian).then_some(texture);
                 let found = tex(&prepared, *width, fragment, size, read, &mut NoTap);
+                lines.push(TexLine {
+                    texture: *index,
+                    line: Line::of_tex(&found),
+                    width: *width,
+                });
                 let colour = if gaussian {
                     let (colour, points) = ewa_planar(&found, texture);
                     row.texels += points;
@@ -376,6 +389,7 @@ impl TexSubject {
                 row.sky(&asked.sky, sky.filter(&rays, &|_| {}));
             }
             row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            keep(y, lines);
             row
         })
     }
@@ -383,13 +397,26 @@ impl TexSubject {
     /// By the float reference.
     #[must_use]
     pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, false, progress)
+        self.float(settings, false, progress, &|_, _| {})
+    }
+
+    /// By the float reference, with the probe line of every texture request: row by row, and in a row texture by
+    /// texture, as kept results have them.
+    #[must_use]
+    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<TexLine>) {
+        let rows = Mutex::new(vec![Vec::new(); self.scene.height]);
+        let rendering = self.float(settings, false, &|_| {}, &|y, mut lines| {
+            lines.sort_by_key(|line| line.texture);
+            rows.lock().unwrap_or_else(PoisonError::into_inner)[y] = lines;
+        });
+        let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        (rendering, rows.concat())
     }
 
     /// By the elliptical Gaussian of the float reference's covariances.
     #[must_use]
     pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, true, progress)
+        self.float(settings, true, progress, &|_, _| {})
     }
 
     /// By real paths through the whole pixel (and lens), into level 0.

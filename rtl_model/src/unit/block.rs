@@ -120,7 +120,8 @@ pub struct State<const N: usize> {
     pub(super) d_exp: [i64; N],
     pub(super) b: roughness::Out<N>,
     pub(super) k: covariance::Out<N>,
-    pub(super) axes: eigen::Out<N>,
+    /// Axes of the ellipses.
+    pub axes: eigen::Out<N>,
     /// Probe lines.
     pub line: footprint::Out<N>,
 }

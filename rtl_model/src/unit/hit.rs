@@ -9,6 +9,7 @@ use crate::fx::Flags;
 use crate::policy::HitStatus;
 use crate::port;
 use crate::regs::{Event, Reg};
+use crate::stages::filter::Corner;
 use crate::stages::hit::{self, footprint};
 use crate::stages::{Lanes, Sink, bits, cube_face, fits, ray_cone, store, take};
 use crate::tap::Tap;
@@ -202,7 +203,15 @@ impl HitUnit {
                 direction: &ports.direction,
                 direction_frac: &ports.direction_frac,
             };
-            hit::hit(&self.hit, roms, memory, input, hit, &mut env.flags[..len], tap);
+            hit::hit(
+                &self.hit,
+                roms,
+                memory,
+                input,
+                hit,
+                &mut env.flags[..len],
+                tap,
+            );
         });
         let searched = *env.flags_behind(0).unwrap_or(&env.flags);
         out.env.flags = searched;
@@ -246,14 +255,14 @@ impl HitUnit {
         }
     }
 
-    /// Level, column and row of the first texel of each bilinear footprint of a lane.
+    /// The first texel of each bilinear footprint of a lane.
     #[inline(always)]
     pub fn footprints<const N: usize>(
         &self,
         state: &HitState<N>,
         lane: usize,
         texture: &Texture,
-        each: &mut dyn FnMut(usize, [usize; 2]),
+        each: &mut dyn FnMut(Corner),
     ) {
         self.unit.footprints(&state.env, lane, texture, each);
     }

@@ -7,6 +7,7 @@ use crate::config::{Config, ConfigError};
 use crate::fx::{Block, Quantizer};
 use crate::port;
 use crate::regs::{Event, Reg};
+use crate::stages::filter::Corner;
 use crate::stages::footprint::planar_unit;
 use crate::stages::{Sink, ray_cone, store, surface_footprint};
 use crate::tap::Tap;
@@ -196,14 +197,14 @@ impl TexUnit {
         }
     }
 
-    /// Texels of one lane, by the index of each bilinear footprint's first texel in a level: what a cache of tiles sees.
+    /// The first texel of each bilinear footprint of a lane: what a cache of tiles sees.
     #[inline(always)]
     pub fn footprints<const N: usize>(
         &self,
         state: &TexState<N>,
         lane: usize,
         texture: &Texture,
-        each: &mut dyn FnMut(usize, [usize; 2]),
+        each: &mut dyn FnMut(Corner),
     ) {
         self.unit.footprints(&state.env, lane, texture, each);
     }

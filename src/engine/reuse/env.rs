@@ -4,8 +4,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use rtl_model::Unit;
+use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{ENV_STEPS, Words};
 
+use super::lines::RtlLine;
 use super::{Keys, Saved, texel_key};
 use crate::engine::dispatch::{GROUP, Group, LANES, Level};
 use crate::engine::rtl::RtlEngine;
@@ -78,8 +80,18 @@ impl KeptEnv {
         self.keys.last()
     }
 
-    /// Level and first texel of each bilinear footprint of every fragment, in the fragments' order.
-    pub fn footprints(&self, each: &mut dyn FnMut(usize, [usize; 2])) {
+    /// The probe line of every fragment.
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine)) {
+        let Some(engine) = &self.engine else { return };
+        for (state, len) in self.groups.iter().flat_map(|g| g.blocks()) {
+            for lane in 0..len {
+                each(RtlLine::new(&engine.config, state, lane));
+            }
+        }
+    }
+
+    /// The first texel of each bilinear footprint of every fragment, in the fragments' order.
+    pub fn footprints(&self, each: &mut dyn FnMut(Corner)) {
         let Some(engine) = &self.engine else { return };
         for (state, len) in self.groups.iter().flat_map(|g| g.blocks()) {
             for lane in 0..len {

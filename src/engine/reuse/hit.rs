@@ -4,8 +4,10 @@ use std::hash::{Hash as _, Hasher as _};
 use std::time::Instant;
 
 use rtl_model::regs::Reg;
+use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{HIT_STEPS, HitUnit};
 
+use super::lines::RtlLine;
 use super::{Keys, Saved, StepHasher, texel_key};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
@@ -106,17 +108,25 @@ impl KeptHit {
         self.keys.last()
     }
 
-    /// Level and first texel of each bilinear footprint of every ray, in the rays' order.
-    pub fn footprints(&self, each: &mut dyn FnMut(usize, [usize; 2])) {
+    /// The probe line of every ray.
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine)) {
+        let Some(engine) = &self.engine else { return };
+        for block in &self.blocks {
+            for (lane, _) in block.rays().iter().enumerate() {
+                each(RtlLine::new(&engine.config, &block.state().env, lane));
+            }
+        }
+    }
+
+    /// The first texel of each bilinear footprint of every ray, in the rays' order.
+    pub fn footprints(&self, each: &mut dyn FnMut(Corner)) {
         let Some(engine) = &self.engine else { return };
         let Some(texture) = &engine.texture else {
             return;
         };
         for block in &self.blocks {
             for (lane, _) in block.rays().iter().enumerate() {
-                engine
-                    .unit
-                    .footprints(block.state(), lane, texture, each);
+                engine.unit.footprints(block.state(), lane, texture, each);
             }
         }
     }

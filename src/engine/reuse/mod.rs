@@ -7,6 +7,7 @@
 
 pub mod env;
 pub mod hit;
+pub mod lines;
 pub mod tex;
 
 use std::hash::{Hash, Hasher};

@@ -3,14 +3,16 @@
 use std::hash::{Hash as _, Hasher as _};
 
 use rayon::prelude::*;
+use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{TEX_STEPS, TexUnit, TexWords};
 
+use super::lines::RtlLine;
 use super::{Keys, Saved, StepHasher, hit, texel_key};
 use crate::distance::Distance;
 use crate::engine::Rendering;
 use crate::engine::dispatch::LANES;
 use crate::engine::hit::Block as SkyBlock;
-use crate::engine::tex::{Block, TexRtl, texture};
+use crate::engine::tex::{Block, TexRtl, texture, value};
 use crate::engine::tex_requests::AskedRtl;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::error::InputError;
@@ -136,9 +138,26 @@ impl KeptTex {
         (!self.looks.is_empty()).then(|| hasher.finish())
     }
 
-    /// Texture (the environment is the one behind the last), level and first texel of each bilinear footprint of
-    /// every request, row by row.
-    pub fn footprints(&self, each: &mut dyn FnMut(usize, usize, [usize; 2])) {
+    /// The probe line of every request to a texture and the width of its cone, row by row, and in a row texture by
+    /// texture.
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine, f64)) {
+        let Some(engine) = &self.engine else { return };
+        for row in &self.rows {
+            let blocks = row.blocks.looks.iter().zip(&engine.textures);
+            for (blocks, unit) in blocks {
+                for block in blocks {
+                    for (lane, request) in block.requests().iter().enumerate() {
+                        let line = RtlLine::new(&unit.config, &block.state().env, lane);
+                        each(line, value(unit.unit.cone.width(request.cone.width)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Texture (the environment is the one behind the last) and first texel of each bilinear footprint of every
+    /// request, row by row.
+    pub fn footprints(&self, each: &mut dyn FnMut(usize, Corner)) {
         let Some(engine) = &self.engine else { return };
         for row in &self.rows {
             let blocks = row.blocks.looks.iter().zip(&engine.textures).enumerate();
@@ -147,8 +166,8 @@ impl KeptTex {
                     continue;
                 };
                 for block in blocks {
-                    for lane in 0..block.len() {
-                        let each = &mut |level, corner| each(index, level, corner);
+                    for (lane, _) in block.requests().iter().enumerate() {
+                        let each = &mut |corner| each(index, corner);
                         unit.unit.footprints(block.state(), lane, texture, each);
                     }
                 }
@@ -159,7 +178,7 @@ impl KeptTex {
             let index = engine.textures.len();
             for block in &row.blocks.sky {
                 for (lane, _) in block.rays().iter().enumerate() {
-                    let each = &mut |level, corner| each(index, level, corner);
+                    let each = &mut |corner| each(index, corner);
                     let unit = &engine.sky.unit;
                     unit.footprints(block.state(), lane, texture, each);
                 }
