@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::measures::{COLUMNS, Measures};
 use super::plan::{Place, Plan};
 use super::points::Point;
+use crate::engine::Rung;
 use crate::error::InputError;
 use crate::unit::knobs::Value as KnobValue;
 use crate::unit::{ReferenceAxis, UnitSpec};
@@ -26,6 +27,11 @@ pub fn header(plan: &Plan, points: usize, cost: &str) -> Value {
     let columns: Vec<Value> = COLUMNS
         .iter()
         .filter(|c| plan.metrics.is_empty() || plan.metrics.iter().any(|m| m == c.name))
+        .filter(|c| {
+            let rung = c.name.split('_').next().unwrap_or("");
+            let other = |r: Rung| r.name() == rung && !plan.against.contains(&r);
+            !Rung::ALL.into_iter().any(other)
+        })
         .map(|c| json!({"name": c.name, "unit": c.unit, "meaning": c.meaning}))
         .collect();
     json!({
@@ -119,7 +125,7 @@ pub fn command(plan: &Plan, place: &Place, point: &Point) -> String {
     option("--face-size", place.face_size.map(|n| n.to_string()));
     let table = plan.reference_axis == ReferenceAxis::Table;
     option("--reference-axis", table.then(|| "table".into()));
-    let truth = plan.against.contains(&crate::engine::Rung::Truth) && plan.samples != 256;
+    let truth = plan.against.contains(&Rung::Truth) && plan.samples != 256;
     option("--samples", truth.then(|| plan.samples.to_string()));
     let dark = plan.exposure.to_bits() != 0.0f64.to_bits();
     option("--exposure", dark.then(|| plan.exposure.to_string()));
