@@ -13,7 +13,7 @@ impl Random {
     }
 
     /// 64 random bits.
-    pub fn next(&mut self) -> u64 {
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -24,12 +24,12 @@ impl Random {
     /// A number in [0, 1), a multiple of 2^−53.
     #[expect(clippy::cast_precision_loss, reason = "53 bits are exact")]
     pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * f64::EPSILON / 2.0
+        (self.bits() >> 11) as f64 * f64::EPSILON / 2.0
     }
 
     /// A whole number below `n`, 0 where `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
-        let product = u128::from(self.next()) * n as u128;
+        let product = u128::from(self.bits()) * n as u128;
         usize::try_from(product >> 64).unwrap_or(0)
     }
 }
@@ -42,7 +42,7 @@ mod tests {
     fn the_first_numbers_are_the_published_ones_and_stay_in_range() {
         // The sequence of seed 1234567 in the authors' reference implementation.
         let mut random = Random::new(1_234_567);
-        let first: Vec<u64> = (0..2).map(|_| random.next()).collect();
+        let first: Vec<u64> = (0..2).map(|_| random.bits()).collect();
         assert_eq!(
             first,
             [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]

@@ -106,13 +106,11 @@ impl<'a> Reader<'a> {
         let Some(value) = table.get(key) else {
             return Vec::new();
         };
-        match value.get_ref() {
-            DeValue::Array(items) => items
-                .iter()
-                .map(|i| (i.get_ref(), i.span().start))
-                .collect(),
-            single => vec![(single, value.span().start)],
+        if let DeValue::Array(items) = value.get_ref() {
+            let item = |i: &'t toml::Spanned<DeValue<'t>>| (i.get_ref(), i.span().start);
+            return items.iter().map(item).collect();
         }
+        vec![(value.get_ref(), value.span().start)]
     }
 
     /// An array of strings, or one string.
@@ -121,9 +119,11 @@ impl<'a> Reader<'a> {
         table: &DeTable<'_>,
         key: &str,
     ) -> Result<Vec<(String, usize)>, InputError> {
-        let text = |(item, offset): (&DeValue<'_>, usize)| match item {
-            DeValue::String(text) => Ok((text.to_string(), offset)),
-            other => Err(self.at(offset, key, "strings", described(other))),
+        let text = |(item, offset): (&DeValue<'_>, usize)| {
+            if let DeValue::String(text) = item {
+                return Ok((text.to_string(), offset));
+            }
+            Err(self.at(offset, key, "strings", described(item)))
         };
         self.items(table, key).into_iter().map(text).collect()
     }
@@ -217,10 +217,12 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<(&'t DeTable<'t>, usize)>, InputError> {
         match table.get(key) {
             None => Ok(None),
-            Some(value) => match value.get_ref() {
-                DeValue::Table(inner) => Ok(Some((inner, value.span().start))),
-                _ => Err(self.found(table, key, "a table")),
-            },
+            Some(value) => {
+                if let DeValue::Table(inner) = value.get_ref() {
+                    return Ok(Some((inner, value.span().start)));
+                }
+                Err(self.found(table, key, "a table"))
+            }
         }
     }
 
@@ -230,9 +232,11 @@ impl<'a> Reader<'a> {
         table: &'t DeTable<'_>,
         key: &str,
     ) -> Result<Vec<(&'t DeTable<'t>, usize)>, InputError> {
-        let inner = |(item, offset): (&'t DeValue<'t>, usize)| match item {
-            DeValue::Table(inner) => Ok((inner, offset)),
-            other => Err(self.at(offset, key, "tables", described(other))),
+        let inner = |(item, offset): (&'t DeValue<'t>, usize)| {
+            if let DeValue::Table(inner) = item {
+                return Ok((inner, offset));
+            }
+            Err(self.at(offset, key, "tables", described(item)))
         };
         self.items(table, key).into_iter().map(inner).collect()
     }

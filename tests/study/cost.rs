@@ -16,28 +16,29 @@ fn unit_with(reg: Reg) -> UnitSpec {
     let mut spec = UnitSpec::default();
     let mut set = |path: &str, value: Value| spec.set(path, &value).unwrap();
     let text = |t: &str| Value::Text(t.into());
-    match reg {
-        Reg::FaceRotated => {
-            set(
-                "transform.rotation",
-                Value::Numbers(vec![0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0]),
-            );
-        }
-        Reg::JacPerpDotE | Reg::JacTilt | Reg::JacTurn | Reg::JacDe => {
-            set("jacobian.dnmod", text("frame"))
-        }
-        Reg::HitHalved => set("hit.method", text("illinois")),
-        Reg::HitNormal
-        | Reg::HitInvNormal
-        | Reg::HitCosine
-        | Reg::HitInvCosine
-        | Reg::HitAlong
-        | Reg::HitSlope => {
-            set("hit.footprint", text("plane"));
-        }
+    let is = |regs: &[Reg]| regs.contains(&reg);
+    if reg == Reg::FaceRotated {
+        let turn = vec![0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0];
+        set("transform.rotation", Value::Numbers(turn));
+    }
+    if is(&[Reg::JacPerpDotE, Reg::JacTilt, Reg::JacTurn, Reg::JacDe]) {
+        set("jacobian.dnmod", text("frame"));
+    }
+    if reg == Reg::HitHalved {
+        set("hit.method", text("illinois"));
+    }
+    let plane = [
+        Reg::HitNormal,
+        Reg::HitInvNormal,
+        Reg::HitCosine,
+        Reg::HitInvCosine,
+    ];
+    if is(&plane) || is(&[Reg::HitAlong, Reg::HitSlope]) {
+        set("hit.footprint", text("plane"));
+    }
+    if reg == Reg::FilterBilinear {
         // Exact by default.
-        Reg::FilterBilinear => set("registers.filter.bilinear.frac", Value::Integer(20)),
-        _ => {}
+        set("registers.filter.bilinear.frac", Value::Integer(20));
     }
     spec
 }
