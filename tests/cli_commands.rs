@@ -27,7 +27,6 @@ fn commands_of_later_versions_say_so_whatever_follows() {
     for args in [
         &["gpu"][..],
         &["gpu", "list"],
-        &["study", "merge", "--json", "-", "--help"],
         &["vectors", "gen", "eigen", "--level", "1"],
         &["vectors", "--", "-x"],
         &["size", "sphere", "--max-lsb8", "1"],
