@@ -29,7 +29,6 @@ fn commands_of_later_versions_say_so_whatever_follows() {
         &["gpu", "list"],
         &["vectors", "gen", "eigen", "--level", "1"],
         &["vectors", "--", "-x"],
-        &["size", "sphere", "--max-lsb8", "1"],
         &["conform", "--unit", "x"],
         &["budget"],
         &["fingerprint", "--adapter"],

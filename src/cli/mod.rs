@@ -19,7 +19,9 @@ mod output;
 mod progress;
 mod render;
 mod scenes;
+mod size;
 mod study;
+mod study_report;
 mod study_slurm;
 mod study_table;
 mod subject;
@@ -119,8 +121,8 @@ enum Command {
     Study(study::Args),
     /// What a unit costs in gates, and the cost model's knobs.
     Cost(cost::Args),
-    /// The smallest unit that a scene needs (not built yet).
-    Size(Later),
+    /// The smallest unit that a scene needs for a bound on its error.
+    Size(size::Args),
     /// Write a scene's distance impostor, or study what it is good for.
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
@@ -169,7 +171,7 @@ pub fn run() -> ExitCode {
         Command::Vectors(rest) => later("vectors", rest),
         Command::Study(args) => study::run(args),
         Command::Cost(args) => cost::run(args),
-        Command::Size(rest) => later("size", rest),
+        Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
         Command::Conform(rest) => later("conform", rest),

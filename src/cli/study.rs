@@ -90,6 +90,21 @@ enum Action {
         #[arg(long)]
         markdown: bool,
     },
+    /// Write report.html and figures/*.svg beside the results.
+    Report {
+        /// Folder of the results.
+        #[arg(default_value = ".")]
+        folder: PathBuf,
+        /// The study file: chosen rows are rendered once more, for pictures, error maps and footprints.
+        #[arg(long, value_name = "FILE")]
+        study: Option<PathBuf>,
+        /// Rows to show in detail; some of each frontier if not given.
+        #[arg(long, value_delimiter = ',', requires = "study")]
+        rows: Vec<usize>,
+        /// Pixels whose footprints are drawn; the worst and a long one if not given; repeatable.
+        #[arg(long = "pixel", value_name = "X,Y", requires = "study", value_parser = super::study_report::pixel)]
+        pixels: Vec<[u32; 2]>,
+    },
     /// Print a SLURM array script that runs a study in parts and merges them.
     Slurm {
         /// Study file.
@@ -146,6 +161,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             write!(std::io::stdout(), "{table}")?;
             Ok(())
         }
+        Some(Action::Report {
+            folder,
+            study,
+            rows,
+            pixels,
+        }) => super::study_report::report(folder, study.as_deref(), rows, pixels),
         Some(Action::Slurm {
             file,
             out,

@@ -11,7 +11,7 @@ use crate::engine::hit_subject::HitSubject;
 use crate::engine::reuse::Saved;
 use crate::engine::reuse::env::KeptEnv;
 use crate::engine::reuse::hit::KeptHit;
-use crate::engine::reuse::lines::{Apart, Line, TexLine, quantile};
+use crate::engine::reuse::lines::{Apart, Line, RtlLine, TexLine, quantile};
 use crate::engine::reuse::tex::KeptTex;
 use crate::engine::tex_subject::TexSubject;
 use crate::engine::{Engine as _, Rendering, Rung, Subject, float};
@@ -291,6 +291,22 @@ impl Bench {
     ) -> &Picture {
         let index = self.reference(rung, settings, truth);
         &self.references[index].picture
+    }
+
+    /// The probe lines of the float reference.
+    #[must_use]
+    pub fn reference_lines(&mut self, settings: &Settings, truth: &TruthOptions) -> &[Line] {
+        let index = self.reference(Rung::F64, settings, truth);
+        &self.references[index].lines
+    }
+
+    /// The probe lines of the unit that rendered last, one a fragment, ray or texture request.
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine)) {
+        match &self.kept {
+            Kept::Env(kept) => kept.lines(each),
+            Kept::Hit(kept) => kept.lines(each),
+            Kept::Tex(kept) => kept.lines(&mut |line, _| each(line)),
+        }
     }
 
     /// The place of a reference among those that are kept.

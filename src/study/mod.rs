@@ -9,8 +9,10 @@ pub mod plan;
 pub mod points;
 pub mod random;
 mod read;
+pub mod report;
 pub mod rows;
 pub mod runner;
+pub mod size;
 pub mod store;
 
 use crate::scene::SCENES;
