@@ -27,6 +27,7 @@ pub mod scene;
 pub mod settings;
 pub mod srgb;
 pub mod stage;
+pub mod study;
 pub mod truth;
 pub mod unit;
 pub mod untrusted;

@@ -25,10 +25,8 @@ fn keys(value: &Value) -> Vec<&str> {
 #[test]
 fn commands_of_later_versions_say_so_whatever_follows() {
     for args in [
-        &["study", "merge", "--json", "-", "--help"][..],
         &["vectors", "gen", "eigen", "--level", "1"],
         &["vectors", "--", "-x"],
-        &["size", "sphere", "--max-lsb8", "1"],
         &["conform", "--unit", "x"],
         &["budget"],
     ] {

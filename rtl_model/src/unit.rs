@@ -4,10 +4,12 @@ mod block;
 mod hit;
 mod ports;
 mod run;
+mod steps;
 mod tex;
 
 pub use block::{Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
+pub use steps::{ENV_STEPS, HIT_STEPS, MOST_STEPS, Marks, TEX_STEPS};
 pub use tex::{Tangents, TexState, TexUnit, TexWords};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};

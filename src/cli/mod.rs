@@ -7,6 +7,7 @@ mod compare;
 mod compare_files;
 mod compare_tables;
 mod cones;
+mod cost;
 mod diff;
 mod diff_results;
 mod fingerprint;
@@ -20,6 +21,11 @@ mod output;
 mod progress;
 mod render;
 mod scenes;
+mod size;
+mod study;
+mod study_report;
+mod study_slurm;
+mod study_table;
 mod subject;
 mod tables;
 pub(crate) mod trace;
@@ -34,8 +40,6 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::InputError;
-
-pub(crate) use unit::check as check_unit;
 
 /// A word on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
 /// a closed stderr is no reason to stop.
@@ -115,10 +119,12 @@ enum Command {
     Diff(diff::Args),
     /// Test vectors (not built yet).
     Vectors(Later),
-    /// Sweeps (not built yet).
-    Study(Later),
-    /// The smallest unit that a scene needs (not built yet).
-    Size(Later),
+    /// Sweep knobs over scenes; put parts together, print tables.
+    Study(study::Args),
+    /// What a unit costs in gates, and the cost model's knobs.
+    Cost(cost::Args),
+    /// The smallest unit that a scene needs for a bound on its error.
+    Size(size::Args),
     /// Write a scene's distance impostor, or study what it is good for.
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
@@ -165,8 +171,9 @@ pub fn run() -> ExitCode {
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Vectors(rest) => later("vectors", rest),
-        Command::Study(rest) => later("study", rest),
-        Command::Size(rest) => later("size", rest),
+        Command::Study(args) => study::run(args),
+        Command::Cost(args) => cost::run(args),
+        Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
         Command::Conform(rest) => later("conform", rest),
