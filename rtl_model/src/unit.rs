@@ -5,10 +5,12 @@ mod hit;
 mod ports;
 mod run;
 mod tex;
+mod wires;
 
 pub use block::{Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
 pub use tex::{Tangents, TexState, TexUnit, TexWords};
+pub use wires::{Alone, Carries, Wire};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;

@@ -26,6 +26,7 @@ mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
+mod vectors;
 
 use std::process::ExitCode;
 
@@ -109,8 +110,8 @@ enum Command {
     Tables(tables::Args),
     /// Compare two pictures, or two result files of `compare`.
     Diff(diff::Args),
-    /// Test vectors (not built yet).
-    Vectors(Later),
+    /// Test vectors for a stage or the unit: write them, or judge a device's.
+    Vectors(vectors::Args),
     /// Sweeps (not built yet).
     Study(Later),
     /// The smallest unit that a scene needs (not built yet).
@@ -160,7 +161,7 @@ pub fn run() -> ExitCode {
         Command::Unit(args) => unit::run(args),
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
-        Command::Vectors(rest) => later("vectors", rest),
+        Command::Vectors(args) => vectors::run(args),
         Command::Study(rest) => later("study", rest),
         Command::Size(rest) => later("size", rest),
         Command::Impostor(args) => impostor::run(args),
