@@ -7,6 +7,7 @@ mod compare;
 mod compare_files;
 mod compare_tables;
 mod cones;
+mod conform;
 mod diff;
 mod diff_results;
 mod impostor;
@@ -120,8 +121,8 @@ enum Command {
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
     Cones(cones::Args),
-    /// Conformance suites (not built yet).
-    Conform(Later),
+    /// Run named suites of seeded cases on every engine.
+    Conform(conform::Args),
     /// Error budgets (not built yet).
     Budget(Later),
     /// What a GPU's sampler does (not built yet).
@@ -166,7 +167,7 @@ pub fn run() -> ExitCode {
         Command::Size(rest) => later("size", rest),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
-        Command::Conform(rest) => later("conform", rest),
+        Command::Conform(args) => conform::run(args),
         Command::Budget(rest) => later("budget", rest),
         Command::Fingerprint(rest) => later("fingerprint", rest),
         Command::Gpu(rest) => later("gpu", rest),

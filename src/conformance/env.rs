@@ -50,17 +50,14 @@ impl Lane {
         self.probe.clear();
         let mut ports = Ports::<1>::default();
         self.unit.load(&mut ports, words);
-        self.unit.ports(&ports, &mut self.state, &mut self.probe);
-        let mut flags = self.state.flags();
-        for stage in Alone::ALL {
-            if Some(stage) == before {
-                break;
-            }
-            let more = self.alone(stage);
-            flags.overflow |= more.overflow;
-            flags.events |= more.events;
-        }
-        flags
+        self.unit.one(
+            &ports,
+            before,
+            Some(&self.texture),
+            &mut self.state,
+            &mut self.out,
+            &mut self.probe,
+        )
     }
 
     fn alone(&mut self, stage: Alone) -> Flags {

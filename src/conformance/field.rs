@@ -274,3 +274,17 @@ impl Shape {
         None
     }
 }
+
+/// Where a shape's flags lie among its outputs.
+#[must_use]
+pub fn flag_places(shape: &Shape) -> Vec<usize> {
+    let mut at = 0;
+    let mut out = Vec::new();
+    for field in &shape.outputs {
+        if matches!(field.meaning, Meaning::Flags(_)) {
+            out.push(at);
+        }
+        at += field.components;
+    }
+    out
+}

@@ -2,7 +2,6 @@
 
 use rtl_model::Config;
 use rtl_model::regs::Reg;
-use rtl_model::unit::{HitPorts, HitResults, HitState, HitWords};
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
 use super::cases::Stimulus;
@@ -12,6 +11,7 @@ use super::subject::Subject;
 use crate::engine::hit::{HitRtl, words};
 use crate::engine::probe::RtlProbe;
 use crate::error::InputError;
+use crate::fragment::HitFragment;
 use crate::policy::HitStatus;
 use crate::stage::Stage;
 use crate::unit::UnitSpec;
@@ -151,19 +151,14 @@ impl Bench for HitBench {
 
     fn run(&mut self, input: &[i64], output: &mut [i64]) {
         let word = |k: usize| input.get(k).map_or(0, |x| x.cast_unsigned());
-        let words = HitWords {
-            x: [word(0), word(1), word(2)],
-            r: [word(3), word(4), word(5)],
-            cone: (self.whole && word(8) == 1).then(|| [word(6), word(7)]),
+        let number = |k: usize| f64::from_bits(word(k));
+        let ray = HitFragment {
+            x: [number(0), number(1), number(2)],
+            r: [number(3), number(4), number(5)],
+            cone: (self.whole && word(8) == 1).then(|| [number(6), number(7)]),
         };
-        let Self { engine, probe, .. } = self;
-        probe.clear();
-        let mut ports = HitPorts::<1>::default();
-        let (mut state, mut out) = (HitState::<1>::default(), HitResults::<1>::default());
-        let memory = &engine.memory;
-        engine.unit.load(&mut ports, memory, &words, probe);
-        let texture = engine.texture.as_ref();
-        engine.unit.run(&ports, memory, texture, &mut state, &mut out, probe);
+        self.probe.clear();
+        let (state, out) = self.engine.lanes::<1, _>(&[ray], &mut self.probe);
         let place = |status| HitStatus::ALL.iter().position(|s| *s == status);
         let extra = Extra {
             face: i64::try_from(state.env.face.face[0]).unwrap_or(0),

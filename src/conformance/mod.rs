@@ -17,6 +17,8 @@ pub mod memory;
 pub mod patterns;
 pub mod random;
 pub mod ray_cone;
+pub mod run;
 pub mod subject;
+pub mod suite;
 pub mod tex;
 pub mod text;

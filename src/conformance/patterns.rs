@@ -62,8 +62,8 @@ pub fn pattern(field: &Field, level: u32, k: u64, random: &mut Random) -> i64 {
             let span = high.abs_diff(low).saturating_add(1);
             low + (k % span).cast_signed()
         }
-        // A small change of what came: powers far from their mantissas are no case of their own.
-        Meaning::Power | Meaning::Fraction(_) => random.between(-8, 8),
+        // A small change of what came: powers far from their mantissas are no case of their own, and K's is even.
+        Meaning::Power | Meaning::Fraction(_) => 2 * random.between(-4, 4),
         Meaning::Code(_) | Meaning::Mantissa(_) | Meaning::Flags(_) | Meaning::Small => {
             code(field, k, random).clamp(low, high)
         }

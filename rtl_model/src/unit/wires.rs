@@ -285,6 +285,29 @@ impl Unit {
         }
     }
 
+    /// Every stage up to `before`, or all, for the fragment in `ports`; the flags of all that ran.
+    pub fn one<T: Tap>(
+        &self,
+        ports: &Ports<1>,
+        before: Option<Alone>,
+        texture: Option<&Texture>,
+        state: &mut State<1>,
+        out: &mut Results<1>,
+        tap: &mut T,
+    ) -> Flags {
+        self.ports(ports, state, tap);
+        let mut flags = state.flags();
+        for stage in Alone::ALL {
+            if Some(stage) == before {
+                break;
+            }
+            let more = self.alone(stage, state, texture, out, tap);
+            flags.overflow |= more.overflow;
+            flags.events |= more.events;
+        }
+        flags
+    }
+
     /// Runs one stage from the wires in `state`; its flags alone are set afterwards. `address` and `filter` need a texture.
     #[inline(never)]
     pub fn alone<T: Tap>(
@@ -314,10 +337,8 @@ impl Unit {
             Alone::Eigen => self.eigen(&ports, state, tap),
             Alone::Footprint => self.footprint(&ports, state, tap),
             Alone::Back => {
-                if let Some(texture) = texture {
-                    self.back(state, 1, texture, out, tap);
-                    return out.flags[0];
-                }
+                self.finish(state, 1, texture, out, tap);
+                return out.flags[0];
             }
         }
         state.flags[0]

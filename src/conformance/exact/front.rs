@@ -91,7 +91,10 @@ pub(super) fn cube_face(s: &mut Sheet<'_>, case: &Case<'_>) {
         s.block(Reg::FaceRotated, 0, &a.map(|row| dot(row, d)), zero());
         reg = Reg::FaceRotated;
     }
-    let Some(face) = case.face() else { return };
+    // A ray without a cone looks nothing up.
+    let Some(face) = case.face().filter(|_| s.has(Reg::FaceInvMa, 0)) else {
+        return;
+    };
     let expected = i64::try_from(select(looked_up(s, reg))).unwrap_or(4);
     s.choice("face", i64::try_from(face).unwrap_or(4), expected);
     let [sc, tc, ma] = components(face, s.vector(reg, 0));

@@ -6,6 +6,7 @@
 //! where it is wrong, and nothing is measured: the bounds come from formats and table knobs alone.
 
 mod back;
+mod cone;
 mod fetch;
 mod front;
 mod hit;
@@ -123,7 +124,7 @@ impl Judge {
                 },
                 Stage::Jacobian => jacobian::jacobian(&mut sheet, case),
                 Stage::Roughness => jacobian::roughness(&mut sheet, case),
-                Stage::RayCone => {}
+                Stage::RayCone => cone::ray_cone(&mut sheet, case),
                 Stage::Hit => hit::hit(&mut sheet, case, self.distances.as_ref()),
                 Stage::SurfaceFootprint => surface::surface_footprint(&mut sheet, case, self.build.size),
                 Stage::Covariance => back::covariance(&mut sheet, planar),

@@ -278,6 +278,20 @@ impl<'a> Sheet<'a> {
         });
     }
 
+    /// A number that is no register of the fixed kind, in its own LSB.
+    pub fn number(&mut self, name: &'static str, observed: i64, exact: f64, error: f64, bound: f64) {
+        self.findings.push(Finding {
+            stage: self.stage,
+            reg: None,
+            name,
+            component: 0,
+            observed,
+            exact,
+            error,
+            bound,
+        });
+    }
+
     /// A relative error of a table as an absolute one.
     #[must_use]
     pub fn share(x: Wide, relative: f64) -> Wide {
