@@ -157,12 +157,22 @@ fn report(
             failed += 1;
             let folder = args.out.join(name.replace('/', "-"));
             keep(&folder, suite, failure, args.seed)?;
-            let place = format!("case {} on {}: {}", failure.index, failure.engine.name(), failure.difference.text());
+            let place = format!(
+                "case {} on {}: {}",
+                failure.index,
+                failure.engine.name(),
+                failure.difference.text()
+            );
             row["failure"] = json!({
                 "index": failure.index, "engine": failure.engine.name(), "stage": failure.difference.stage.name(),
                 "field": failure.difference.field, "folder": folder.display().to_string(),
             });
-            table.row([name, outcome.cases.to_string(), outcome.failed.to_string(), place]);
+            table.row([
+                name,
+                outcome.cases.to_string(),
+                outcome.failed.to_string(),
+                place,
+            ]);
         }
         rows.push(row);
     }
@@ -226,11 +236,15 @@ fn keep(folder: &Path, suite: &Suite, failure: &run::Failure, seed: u64) -> Resu
     let model = runner.model();
     let shape = model.shape().clone();
     let output = runner.output(&original);
-    let line = |input: &[i64], output: &[i64]| text::line(&shape, text::Format::Jsonl, input, output);
+    let line =
+        |input: &[i64], output: &[i64]| text::line(&shape, text::Format::Jsonl, input, output);
     let (index, name) = (failure.index, suite.name());
     write("unit.toml", file::to_toml(&spec))?;
     write("case.jsonl", format!("{}\n", line(&original, &output)))?;
-    write("minimised.jsonl", format!("{}\n", line(&failure.input, &failure.output)))?;
+    write(
+        "minimised.jsonl",
+        format!("{}\n", line(&failure.input, &failure.output)),
+    )?;
     write(
         "replay.txt",
         format!(

@@ -189,13 +189,23 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     loop {
         bytes.clear();
         number += 1;
-        if (&mut reader).take(MAX_LINE + 1).read_until(b'\n', &mut bytes)? == 0 {
+        if (&mut reader)
+            .take(MAX_LINE + 1)
+            .read_until(b'\n', &mut bytes)?
+            == 0
+        {
             break;
         }
         let long = u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE;
         if long {
             out.flush()?;
-            return Err(bad(number, 1, "a line of at most 1 MiB".into(), "a longer one".into()).into());
+            return Err(bad(
+                number,
+                1,
+                "a line of at most 1 MiB".into(),
+                "a longer one".into(),
+            )
+            .into());
         }
         let Ok(line) = std::str::from_utf8(&bytes) else {
             out.flush()?;
@@ -239,7 +249,10 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
         super::note(&warning);
     }
     let judged = checker.summary();
-    super::note(&format!("{cases} cases, {wrong} wrong; unit {}{judged}", spec.hash()));
+    super::note(&format!(
+        "{cases} cases, {wrong} wrong; unit {}{judged}",
+        spec.hash()
+    ));
     if wrong > 0 {
         return Err(Failure::Disagrees(format!(
             "{wrong} of {cases} cases of {} differ",

@@ -61,7 +61,11 @@ impl Default for Build {
 }
 
 /// The integer model's bench of a subject.
-pub fn model(spec: &UnitSpec, subject: Subject, build: Build) -> Result<Box<dyn Model>, InputError> {
+pub fn model(
+    spec: &UnitSpec,
+    subject: Subject,
+    build: Build,
+) -> Result<Box<dyn Model>, InputError> {
     Ok(match subject {
         Subject::Env => Box::new(EnvUnit::new(spec, build)?),
         Subject::Hit | Subject::Stage(Stage::Hit) => Box::new(HitBench::new(spec, subject, build)?),
@@ -83,7 +87,13 @@ pub(super) struct Extra {
 }
 
 /// Puts registers, flags and the rest into the outputs of a shape.
-pub(super) fn record(shape: &Shape, probe: &RtlProbe, flags: Flags, extra: Extra, output: &mut [i64]) {
+pub(super) fn record(
+    shape: &Shape,
+    probe: &RtlProbe,
+    flags: Flags,
+    extra: Extra,
+    output: &mut [i64],
+) {
     let mut at = 0;
     for field in &shape.outputs {
         let end = at + field.components;
@@ -108,7 +118,11 @@ pub(super) fn record(shape: &Shape, probe: &RtlProbe, flags: Flags, extra: Extra
                 }
             }
             Meaning::Flags(_) => out.fill(flag_bits(shape, field.stage, flags)),
-            Meaning::Word | Meaning::Power | Meaning::Small | Meaning::Choice(_) | Meaning::Count(..) => {
+            Meaning::Word
+            | Meaning::Power
+            | Meaning::Small
+            | Meaning::Choice(_)
+            | Meaning::Count(..) => {
                 let last = field.name.rsplit('.').next().unwrap_or("");
                 out.fill(match last {
                     "face" => extra.face,
@@ -142,10 +156,7 @@ pub(super) fn written(shape: &Shape, stage: Stage) -> impl Iterator<Item = Reg> 
         .outputs
         .iter()
         .filter(move |field| field.stage == stage)
-        .filter_map(|field| match field.meaning {
-            Meaning::Code(reg) | Meaning::Mantissa(reg) => Some(reg),
-            _ => None,
-        })
+        .filter_map(|field| field.meaning.register())
 }
 
 /// Replaces the model's registers by a device's outputs: what the judge by exact arithmetic looks at.
@@ -154,7 +165,8 @@ pub fn overlay(shape: &Shape, output: &[i64], probe: &mut RtlProbe) {
     for field in &shape.outputs {
         let numbers = output.get(at..at + field.components).unwrap_or(&[]);
         at += field.components;
-        let (Meaning::Code(reg) | Meaning::Mantissa(reg) | Meaning::Fraction(reg)) = field.meaning else {
+        let (Meaning::Code(reg) | Meaning::Mantissa(reg) | Meaning::Fraction(reg)) = field.meaning
+        else {
             continue;
         };
         let each = group(reg);
@@ -167,9 +179,15 @@ pub fn overlay(shape: &Shape, output: &[i64], probe: &mut RtlProbe) {
                 continue;
             };
             *code = if is_fraction {
-                Code { frac: *number, ..*code }
+                Code {
+                    frac: *number,
+                    ..*code
+                }
             } else {
-                Code { raw: *number, ..*code }
+                Code {
+                    raw: *number,
+                    ..*code
+                }
             };
         }
     }

@@ -161,7 +161,11 @@ impl Schedule {
             (Class::Patterns, index - self.extremes)
         } else {
             let k = index - self.extremes - self.patterns;
-            let class = if k % 2 == 0 { Class::Ordinary } else { Class::Exponents };
+            let class = if k.is_multiple_of(2) {
+                Class::Ordinary
+            } else {
+                Class::Exponents
+            };
             (class, k / 2)
         };
         Place {
@@ -258,7 +262,10 @@ fn fragment(random: &mut Random) -> Fragment {
         dn_dx: scaled(random.vector(), pixel),
         dn_dy: scaled(random.vector(), pixel),
         h: Some(random.vector()),
-        bump: Some(scaled([random.signed(), random.signed()], random.between(-6, 2))),
+        bump: Some(scaled(
+            [random.signed(), random.signed()],
+            random.between(-6, 2),
+        )),
         rough: Some(scaled(random.vector(), random.between(-10, 0))),
     };
     if random.below(5) == 0 {
@@ -299,24 +306,29 @@ fn request(random: &mut Random) -> Request {
     }
 }
 
+fn operation(random: &mut Random) -> (u64, [f64; 2], [f64; 3]) {
+    let operation = random.below(4);
+    let cone = [random.signed(), random.signed()].map(|x| {
+        let [x] = scaled([x], -random.between(0, 10));
+        x
+    });
+    let ior = 1.0 + random.unit();
+    let operand = match operation {
+        0 => [8.0 * random.unit(), 0.0, 0.0],
+        1 => [random.signed(), 0.0, 0.0],
+        2 => [random.signed(), 1.0, ior],
+        _ => [2.0 * random.unit(), 0.0, 0.0],
+    };
+    (operation, cone, operand)
+}
+
 fn ordinary(subject: Subject, random: &mut Random) -> Stimulus {
     match kind(subject) {
         Kind::Fragment => Stimulus::Fragment(encode::words(&fragment(random))),
         Kind::Ray => Stimulus::Ray(ray(random)),
         Kind::Request => Stimulus::Request(request(random)),
         Kind::Operation => {
-            let operation = random.below(4);
-            let cone = [random.signed(), random.signed()].map(|x| {
-                let [x] = scaled([x], -random.between(0, 10));
-                x
-            });
-            let ior = 1.0 + random.unit();
-            let operand = match operation {
-                0 => [8.0 * random.unit(), 0.0, 0.0],
-                1 => [random.signed(), 0.0, 0.0],
-                2 => [random.signed(), 1.0, ior],
-                _ => [2.0 * random.unit(), 0.0, 0.0],
-            };
+            let (operation, cone, operand) = operation(random);
             Stimulus::Operation(operation, cone, operand)
         }
     }
@@ -341,7 +353,11 @@ fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
             // Derivatives go with their vector, or not.
             let (v, n) = (power(random), power(random));
             let with = |random: &mut Random, base: i64| {
-                if random.below(8) == 0 { power(random) } else { base + random.between(-6, 3) }
+                if random.below(8) == 0 {
+                    power(random)
+                } else {
+                    base + random.between(-6, 3)
+                }
             };
             let rows = [v, v, n, n].map(|base| with(random, base));
             let f = Fragment {
@@ -380,16 +396,14 @@ fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
                 st: scaled(f.st, random.between(-20, 12)),
             })
         }
-        Kind::Operation => match ordinary(subject, random) {
-            Stimulus::Operation(operation, cone, operand) => {
-                let cone = cone.map(|x| {
-                    let [x] = scaled([x], power(random));
-                    x
-                });
-                Stimulus::Operation(operation, cone, scaled(operand, power(random)))
-            }
-            other => other,
-        },
+        Kind::Operation => {
+            let (operation, cone, operand) = operation(random);
+            let cone = cone.map(|x| {
+                let [x] = scaled([x], power(random));
+                x
+            });
+            Stimulus::Operation(operation, cone, scaled(operand, power(random)))
+        }
     }
 }
 
@@ -464,7 +478,11 @@ fn extreme(subject: Subject, index: u64, random: &mut Random) -> Stimulus {
             let (operation, cone, operand) = OPERATIONS[row];
             // The same with a neighbouring code or operand in further rounds.
             let nudge = |x: f64, random: &mut Random| {
-                if round == 0 { x } else { x * (1.0 + libm::ldexp(random.signed(), -7)) }
+                if round == 0 {
+                    x
+                } else {
+                    x * (1.0 + libm::ldexp(random.signed(), -7))
+                }
             };
             let cone = cone.map(|x| nudge(x, random));
             Stimulus::Operation(operation, cone, operand.map(|x| nudge(x, random)))

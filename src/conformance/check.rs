@@ -90,7 +90,11 @@ pub fn beyond(findings: &[Finding]) -> Option<Difference> {
     let mut wrong = findings.iter().filter(|f| !f.holds());
     let first = wrong.next()?;
     let width = |x: f64| {
-        if x.abs() < 1e15 { format!("{x:.3}") } else { format!("{x:.6e}") }
+        if x.abs() < 1e15 {
+            format!("{x:.3}")
+        } else {
+            format!("{x:.6e}")
+        }
     };
     Some(Difference {
         stage: first.stage,

@@ -1,13 +1,12 @@
 //! Benches of the ENV operation: one stage behind its wires, and the whole from the ports to the colour.
 
 use rtl_model::fx::Flags;
-use rtl_model::regs::Reg;
 use rtl_model::unit::{Alone, Needs, Ports, Results, State, Wire, Words};
 use rtl_model::{Config, Texture, Unit};
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
 use super::cases::Stimulus;
-use super::field::{Field, Shape, registers};
+use super::field::{Field, Shape, beside, components, registers};
 use super::memory;
 use super::subject::Subject;
 use crate::engine::encode;
@@ -62,8 +61,13 @@ impl Lane {
 
     fn alone(&mut self, stage: Alone) -> Flags {
         let texture = Some(&self.texture);
-        self.unit
-            .alone(stage, &mut self.state, texture, &mut self.out, &mut self.probe)
+        self.unit.alone(
+            stage,
+            &mut self.state,
+            texture,
+            &mut self.out,
+            &mut self.probe,
+        )
     }
 
     fn extra(&mut self) -> Extra {
@@ -82,29 +86,13 @@ impl Lane {
         let mut regs = Vec::new();
         for reg in registers(stage) {
             let seen = self.probe.get(reg).len();
-            let probes = usize::try_from(self.config.max_probes).unwrap_or(1);
-            let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
-            let components = if per_probe {
-                probes * reg.info().components
-            } else {
-                reg.info().components
-            };
             if seen > 0 {
                 regs.push(reg);
+                let components = components(&self.config, stage, reg);
                 Field::written(&self.config, stage, reg, components, out);
             }
         }
-        match stage {
-            Stage::CubeFace => {
-                let names = crate::cube::FACE_NAMES.to_vec();
-                out.push(Field::choice(stage, "face", names, "face that the direction meets"));
-            }
-            Stage::Footprint => {
-                let most = i64::from(self.config.max_probes);
-                out.push(Field::count(stage, "count", [1, most], "probes"));
-            }
-            _ => {}
-        }
+        out.extend(beside(&self.config, stage, 1));
         out.push(Field::flags(stage, &regs));
     }
 }
@@ -181,7 +169,6 @@ impl EnvStage {
             shape: Shape { inputs, outputs },
         })
     }
-
 }
 
 impl Bench for EnvStage {
@@ -261,7 +248,12 @@ impl EnvUnit {
             inputs.push(word(Stage::Bump, "b", 2, "bump offsets"));
         }
         if lane.needs.rough {
-            inputs.push(word(Stage::Roughness, "d", 3, "d1, d2, d3 of the roughness"));
+            inputs.push(word(
+                Stage::Roughness,
+                "d",
+                3,
+                "d1, d2, d3 of the roughness",
+            ));
         }
         let mut outputs = Vec::new();
         for stage in Subject::Env.stages() {
@@ -326,10 +318,20 @@ impl Model for EnvUnit {
             return;
         };
         let needs = self.lane.needs;
-        let always = [words.v, words.n, words.dv[0], words.dv[1], words.dn[0], words.dn[1]];
+        let always = [
+            words.v,
+            words.n,
+            words.dv[0],
+            words.dv[1],
+            words.dn[0],
+            words.dn[1],
+        ];
         let h = words.h.into_iter().filter(|_| needs.frame());
         let b = words.b.into_iter().filter(|_| needs.bump);
         let d = words.d.into_iter().filter(|_| needs.rough);
-        put_words(always.into_iter().flatten().chain(h).chain(b).chain(d), input);
+        put_words(
+            always.into_iter().flatten().chain(h).chain(b).chain(d),
+            input,
+        );
     }
 }

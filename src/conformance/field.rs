@@ -34,6 +34,28 @@ pub enum Meaning {
     Small,
 }
 
+impl Meaning {
+    /// The register whose codes or mantissas they are.
+    #[must_use]
+    pub fn register(&self) -> Option<Reg> {
+        if let Self::Code(reg) | Self::Mantissa(reg) = self {
+            Some(*reg)
+        } else {
+            None
+        }
+    }
+
+    /// Names of choices or flags.
+    #[must_use]
+    pub fn names(&self) -> &[&'static str] {
+        if let Self::Choice(names) | Self::Flags(names) = self {
+            names
+        } else {
+            &[]
+        }
+    }
+}
+
 /// A field: some numbers of one kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -113,7 +135,13 @@ impl Field {
 
     /// A register's codes or mantissas.
     #[must_use]
-    pub fn register(config: &Config, stage: Stage, name: &str, reg: Reg, components: usize) -> Self {
+    pub fn register(
+        config: &Config,
+        stage: Stage,
+        name: &str,
+        reg: Reg,
+        components: usize,
+    ) -> Self {
         let format = config.format(reg);
         let info = reg.info();
         let meaning = match info.kind {
@@ -128,7 +156,13 @@ impl Field {
     }
 
     /// The fields of a register that a stage writes: codes, or mantissas with their fraction bits.
-    pub fn written(config: &Config, stage: Stage, reg: Reg, components: usize, out: &mut Vec<Self>) {
+    pub fn written(
+        config: &Config,
+        stage: Stage,
+        reg: Reg,
+        components: usize,
+        out: &mut Vec<Self>,
+    ) {
         let info = reg.info();
         out.push(Self::register(config, stage, info.name, reg, components));
         if info.kind == Kind::Block {
@@ -136,7 +170,14 @@ impl Field {
             let text = format!("fraction bits of {} in true units", info.name);
             let groups = components / group(reg);
             let bits = (true, POWER_BITS);
-            out.push(Self::new(stage, name, groups, bits, Meaning::Fraction(reg), text));
+            out.push(Self::new(
+                stage,
+                name,
+                groups,
+                bits,
+                Meaning::Fraction(reg),
+                text,
+            ));
         }
     }
 
@@ -185,7 +226,14 @@ impl Field {
             .collect();
         let bits = u32::try_from(names.len().max(1)).unwrap_or(63);
         let text = "sticky flags: bit k is set where the k-th register left its range or the event happened";
-        Self::new(stage, "flags", 1, (false, bits), Meaning::Flags(names), text)
+        Self::new(
+            stage,
+            "flags",
+            1,
+            (false, bits),
+            Meaning::Flags(names),
+            text,
+        )
     }
 
     /// Hexadecimal digits of one number in a vector file.
@@ -210,10 +258,12 @@ impl Field {
 /// Components of a block register that share an exponent.
 #[must_use]
 pub fn group(reg: Reg) -> usize {
-    match reg {
-        Reg::SurfInvLength | Reg::SurfInvSquare => 1,
-        Reg::SurfTurned => 3,
-        _ => reg.info().components,
+    if [Reg::SurfInvLength, Reg::SurfInvSquare].contains(&reg) {
+        1
+    } else if reg == Reg::SurfTurned {
+        3
+    } else {
+        reg.info().components
     }
 }
 
@@ -231,6 +281,37 @@ pub fn registers(stage: Stage) -> impl Iterator<Item = Reg> {
         .iter()
         .copied()
         .filter(move |reg| reg.info().stage == stage.name())
+}
+
+/// What a stage yields beside its registers: a face, or a count of at least `least` probes.
+#[must_use]
+pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
+    if stage == Stage::CubeFace {
+        let names = crate::cube::FACE_NAMES.to_vec();
+        Some(Field::choice(
+            stage,
+            "face",
+            names,
+            "face that the direction meets",
+        ))
+    } else if stage == Stage::Footprint {
+        let most = i64::from(config.max_probes);
+        Some(Field::count(stage, "count", [least, most], "probes"))
+    } else {
+        None
+    }
+}
+
+/// Numbers of a register: those of one probe for each probe that a fragment may have.
+#[must_use]
+pub fn components(config: &Config, stage: Stage, reg: Reg) -> usize {
+    let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
+    let probes = if per_probe {
+        usize::try_from(config.max_probes).unwrap_or(1)
+    } else {
+        1
+    };
+    probes * reg.info().components
 }
 
 /// Inputs and outputs of a stage or of the unit.

@@ -20,17 +20,17 @@ fn remark(field: &Field) -> String {
     if let Some(frac) = field.frac {
         let _ = write!(out, "; value = code / 2^{frac}");
     }
-    match &field.meaning {
-        Meaning::Word => out.push_str("; bits of a binary64 number"),
-        Meaning::Choice(names) => {
-            let list: Vec<String> = names.iter().enumerate().map(|(i, n)| format!("{i} {n}")).collect();
-            let _ = write!(out, "; {}", list.join(", "));
-        }
-        Meaning::Flags(names) if !names.is_empty() => {
-            let list: Vec<String> = names.iter().enumerate().map(|(i, n)| format!("bit {i} {n}")).collect();
-            let _ = write!(out, "; {}", list.join(", "));
-        }
-        _ => {}
+    if field.meaning == Meaning::Word {
+        out.push_str("; bits of a binary64 number");
+    }
+    let bit = if matches!(field.meaning, Meaning::Flags(_)) {
+        "bit "
+    } else {
+        ""
+    };
+    for (i, name) in field.meaning.names().iter().enumerate() {
+        let lead = if i == 0 { ";" } else { "," };
+        let _ = write!(out, "{lead} {bit}{i} {name}");
     }
     out
 }
@@ -53,7 +53,9 @@ pub fn declare(language: Language, subject: Subject, shape: &Shape, unit: &str) 
 fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
     let mut out = format!("// {origin}\n//\n");
     out.push_str("// One word of $readmemh is one vector; the first field lies in the top bits. Every number is padded to whole\n");
-    out.push_str("// hexadecimal digits: take the low *_BITS bits of it, signed where the field is.\n");
+    out.push_str(
+        "// hexadecimal digits: take the low *_BITS bits of it, signed where the field is.\n",
+    );
     let _ = writeln!(out, "package tapline_{name}_pkg;");
     let parts = [("in", &shape.inputs), ("out", &shape.outputs)];
     for (_, fields) in parts {
@@ -76,7 +78,11 @@ fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
                 n => format!("[0:{}]", n - 1),
             };
             let top = field.padded_bits() - 1;
-            let _ = writeln!(out, "    logic{sign} {range}[{top}:0] {};", field.identifier());
+            let _ = writeln!(
+                out,
+                "    logic{sign} {range}[{top}:0] {};",
+                field.identifier()
+            );
         }
         let _ = writeln!(out, "  }} {name}_{kind}_t;");
     }
@@ -84,7 +90,12 @@ fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
         out,
         "\n  typedef struct packed {{\n    {name}_in_t  inputs;\n    {name}_out_t outputs;\n  }} {name}_vector_t;"
     );
-    let bits = |fields: &[Field]| fields.iter().map(|f| f.components * f.padded_bits()).sum::<usize>();
+    let bits = |fields: &[Field]| {
+        fields
+            .iter()
+            .map(|f| f.components * f.padded_bits())
+            .sum::<usize>()
+    };
     let (inputs, outputs) = (bits(&shape.inputs), bits(&shape.outputs));
     let _ = writeln!(out, "\n  localparam int INPUT_BITS = {inputs};");
     let _ = writeln!(out, "  localparam int OUTPUT_BITS = {outputs};");
@@ -95,11 +106,17 @@ fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
 
 fn c(name: &str, shape: &Shape, origin: &str) -> String {
     let guard = format!("TAPLINE_{}_H", name.to_uppercase());
-    let mut out = format!("/* {origin} */\n#ifndef {guard}\n#define {guard}\n\n#include <stdint.h>\n");
+    let mut out =
+        format!("/* {origin} */\n#ifndef {guard}\n#define {guard}\n\n#include <stdint.h>\n");
     for (kind, fields) in [("in", &shape.inputs), ("out", &shape.outputs)] {
         for field in fields {
             let upper = field.identifier().to_uppercase();
-            let _ = writeln!(out, "#define TAPLINE_{}_{upper}_BITS {}", name.to_uppercase(), field.bits);
+            let _ = writeln!(
+                out,
+                "#define TAPLINE_{}_{upper}_BITS {}",
+                name.to_uppercase(),
+                field.bits
+            );
         }
         out.push_str("\ntypedef struct {\n");
         for field in fields {

@@ -5,7 +5,7 @@ use rtl_model::regs::Reg;
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
 use super::cases::Stimulus;
-use super::field::{Field, Shape, registers};
+use super::field::{Field, Shape, beside, components, registers};
 use super::memory;
 use super::subject::Subject;
 use crate::engine::hit::{HitRtl, words};
@@ -45,7 +45,7 @@ const ONCE: [Reg; 16] = [
 ];
 
 /// Numbers of a register of `hit`: one set a ray, or one for R, one for x and one for each look-up of the loop.
-fn components(config: &Config, reg: Reg) -> usize {
+fn searched(config: &Config, reg: Reg) -> usize {
     let each = reg.info().components;
     if ONCE.contains(&reg) {
         each
@@ -56,21 +56,15 @@ fn components(config: &Config, reg: Reg) -> usize {
 
 /// Registers that the footprint at the hit writes of other stages, and those of the back end.
 fn others(config: &Config, stage: Stage, out: &mut Vec<Field>) {
-    let probes = usize::try_from(config.max_probes).unwrap_or(1);
     let mut regs = Vec::new();
     for reg in registers(stage) {
-        let skipped = match stage {
-            Stage::CubeFace => reg == Reg::FaceRotated && config.rotation.is_none(),
-            Stage::Jacobian => ![Reg::JacDvr, Reg::JacNumerator, Reg::JacD].contains(&reg),
-            _ => false,
-        };
-        if skipped {
+        let turned = reg == Reg::FaceRotated && config.rotation.is_none();
+        let written = [Reg::JacDvr, Reg::JacNumerator, Reg::JacD].contains(&reg);
+        if turned || (stage == Stage::Jacobian && !written) {
             continue;
         }
-        let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
-        let components = reg.info().components * if per_probe { probes } else { 1 };
         regs.push(reg);
-        Field::written(config, stage, reg, components, out);
+        Field::written(config, stage, reg, components(config, stage, reg), out);
     }
     out.push(Field::flags(stage, &regs));
 }
@@ -80,18 +74,8 @@ pub(super) fn behind(config: &Config, own: Stage, stages: &[Stage], out: &mut Ve
     for stage in stages.iter().filter(|stage| **stage != own) {
         let first = out.len();
         others(config, *stage, out);
-        match stage {
-            Stage::CubeFace => {
-                let names = crate::cube::FACE_NAMES.to_vec();
-                out.push(Field::choice(*stage, "face", names, "face that the direction meets"));
-            }
-            Stage::Footprint => {
-                let most = i64::from(config.max_probes);
-                // A ray without a cone takes no probe.
-                out.push(Field::count(*stage, "count", [0, most], "probes"));
-            }
-            _ => {}
-        }
+        // A ray without a cone takes no probe.
+        out.extend(beside(config, *stage, 0));
         for field in &mut out[first..] {
             field.name = format!("{}.{}", stage.name(), field.name);
         }
@@ -111,8 +95,18 @@ impl HitBench {
             Field::words(stage, "r", 3, "its direction, of any length"),
         ];
         if whole {
-            inputs.push(Field::words(stage, "cone", 2, "full angle and full width of its cone"));
-            inputs.push(Field::count(stage, "has_cone", [0, 1], "whether it has a cone"));
+            inputs.push(Field::words(
+                stage,
+                "cone",
+                2,
+                "full angle and full width of its cone",
+            ));
+            inputs.push(Field::count(
+                stage,
+                "has_cone",
+                [0, 1],
+                "whether it has a cone",
+            ));
         }
         let mut outputs = Vec::new();
         let mut regs = Vec::new();
@@ -122,12 +116,22 @@ impl HitBench {
                 continue;
             }
             regs.push(reg);
-            Field::written(config, stage, reg, components(config, reg), &mut outputs);
+            Field::written(config, stage, reg, searched(config, reg), &mut outputs);
         }
         let names = HitStatus::ALL.iter().map(|s| s.name()).collect();
-        outputs.push(Field::choice(stage, "status", names, "how the search ended"));
+        outputs.push(Field::choice(
+            stage,
+            "status",
+            names,
+            "how the search ended",
+        ));
         let most = i64::from(config.hit.iterations);
-        outputs.push(Field::count(stage, "iterations", [0, most], "look-ups in the loop"));
+        outputs.push(Field::count(
+            stage,
+            "iterations",
+            [0, most],
+            "look-ups in the loop",
+        ));
         outputs.push(Field::flags(stage, &regs));
         if whole {
             for field in &mut outputs {

@@ -93,7 +93,10 @@ pub fn room(size: u32) -> Distance {
             .zip(d)
             .map(|(half, c)| half / c.abs())
             .fold(f64::INFINITY, f64::min);
-        #[expect(clippy::cast_possible_truncation, reason = "single precision is the file's")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "single precision is the file's"
+        )]
         texels.push((wall * length) as f32);
     }
     Distance::Cube(DistanceCube { size: n, texels })

@@ -47,7 +47,12 @@ pub fn count(field: &Field, level: u32) -> u64 {
         | Meaning::Flags(_)
         | Meaning::Small => {
             // 0, both ends with a neighbour, alternating bits; powers of two with neighbours, each sign.
-            8 + 6 * u64::from(field.bits) + if level > 1 { 2 * u64::from(field.bits) } else { 0 }
+            8 + 6 * u64::from(field.bits)
+                + if level > 1 {
+                    2 * u64::from(field.bits)
+                } else {
+                    0
+                }
         }
     }
 }

@@ -31,7 +31,12 @@ impl ConeBench {
     pub fn new(spec: &UnitSpec) -> Self {
         let (config, stage) = (&spec.config, Stage::RayCone);
         let inputs = vec![
-            Field::choice(stage, "operation", OPERATIONS.to_vec(), "what happens to the cone"),
+            Field::choice(
+                stage,
+                "operation",
+                OPERATIONS.to_vec(),
+                "what happens to the cone",
+            ),
             small(config, stage, "angle_in", "the cone's full angle"),
             small(config, stage, "width_in", "the cone's full width"),
             Field::words(
@@ -40,7 +45,12 @@ impl ConeBench {
                 3,
                 "distance; curvature; curvature, n_o and n_i; value of the BSDF. 0 where fewer",
             ),
-            Field::count(stage, "ray", [0, 0xffff], "number of the ray, for stochastic stores"),
+            Field::count(
+                stage,
+                "ray",
+                [0, 0xffff],
+                "number of the ray, for stochastic stores",
+            ),
         ];
         let outputs = vec![
             small(config, stage, "angle", "full angle afterwards"),
@@ -98,7 +108,9 @@ impl Bench for ConeBench {
         let (step, finite) = step(input);
         let mut flags = Flags::default();
         flags.event(Event::ConeNotFinite, !finite);
-        let mut dither = self.cfg.dither(input.get(6).map_or(0, |x| x.cast_unsigned()));
+        let mut dither = self
+            .cfg
+            .dither(input.get(6).map_or(0, |x| x.cast_unsigned()));
         let cone = ray_cone(&self.cfg, cone, step, &mut dither, &mut flags);
         let flags = flag_bits(&self.shape, Stage::RayCone, flags);
         let numbers = [cone.angle.0.into(), cone.width.0.into(), flags];
@@ -122,7 +134,9 @@ impl Model for ConeBench {
             return;
         };
         let words = cone.map(f64::to_bits);
-        let stored = self.cfg.load(words, &mut self.cfg.dither(0), &mut Flags::default());
+        let stored = self
+            .cfg
+            .load(words, &mut self.cfg.dither(0), &mut Flags::default());
         let codes = [*operation, stored.angle.0.into(), stored.width.0.into()];
         let operand = operand.map(f64::to_bits);
         // Any ray: its number only decides stochastic stores.

@@ -131,14 +131,22 @@ impl Runner {
     }
 
     /// What an engine's judgement of a case's outputs is.
-    fn judged(&mut self, engine: Engine, input: &[i64], output: &[i64]) -> (Option<Difference>, u64) {
+    fn judged(
+        &mut self,
+        engine: Engine,
+        input: &[i64],
+        output: &[i64],
+    ) -> (Option<Difference>, u64) {
         match engine {
             Engine::Rtl => {
                 let mut other = vec![0; output.len()];
                 self.fresh.run(input, &mut other);
                 let shape = self.model.shape();
                 let differs = difference(&shape.outputs, output, &other);
-                (differs.or_else(|| out_of_range(self.model.as_ref(), output)), 0)
+                (
+                    differs.or_else(|| out_of_range(self.model.as_ref(), output)),
+                    0,
+                )
             }
             Engine::F64 | Engine::Gpu => {
                 let findings = self.findings(input, output);
@@ -243,7 +251,11 @@ fn out_of_range(model: &dyn Model, output: &[i64]) -> Option<Difference> {
 
 /// Compares a device with the integer model on one case.
 #[must_use]
-pub fn against_model(model: &mut dyn Model, device: &mut dyn Bench, input: &[i64]) -> Option<Difference> {
+pub fn against_model(
+    model: &mut dyn Model,
+    device: &mut dyn Bench,
+    input: &[i64],
+) -> Option<Difference> {
     let outputs = model.shape().output_len();
     let (mut want, mut has) = (vec![0; outputs], vec![0; outputs]);
     model.run(input, &mut want);

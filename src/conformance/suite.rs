@@ -137,11 +137,18 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
     configuration("interpolated-axis", Of::Back, &["tables.eigen.order=1"]),
     configuration("centred-axis", Of::Back, &["eigen.placement=\"centres\""]),
     configuration("round", Of::Back, &["footprint.count=\"round\""]),
-    configuration("pow2", Of::Back, &["footprint.count=\"pow2\"", "footprint.max_probes=12"]),
+    configuration(
+        "pow2",
+        Of::Back,
+        &["footprint.count=\"pow2\"", "footprint.max_probes=12"],
+    ),
     configuration(
         "feline-gaussian",
         Of::Back,
-        &["footprint.count=\"feline\"", "footprint.weights=\"gaussian\""],
+        &[
+            "footprint.count=\"feline\"",
+            "footprint.weights=\"gaussian\"",
+        ],
     ),
     configuration("one-probe", Of::Back, &["footprint.max_probes=1"]),
     configuration(
@@ -154,12 +161,24 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
             "registers.filter.color.frac=10",
         ],
     ),
-    configuration("secant", Of::Hit, &["hit.method=\"secant\"", "hit.iterations=6"]),
-    configuration("illinois", Of::Hit, &["hit.method=\"illinois\"", "hit.iterations=8"]),
+    configuration(
+        "secant",
+        Of::Hit,
+        &["hit.method=\"secant\"", "hit.iterations=6"],
+    ),
+    configuration(
+        "illinois",
+        Of::Hit,
+        &["hit.method=\"illinois\"", "hit.iterations=8"],
+    ),
     configuration("no-tolerance", Of::Hit, &["hit.tolerance_bits=\"off\""]),
     configuration("no-iterations", Of::Hit, &["hit.iterations=0"]),
     configuration("plane", Of::Hit, &["hit.footprint=\"plane\""]),
-    configuration("nearest", Of::Hit, &["hit.lookup=\"nearest\"", "hit.outside=\"hlsl\""]),
+    configuration(
+        "nearest",
+        Of::Hit,
+        &["hit.lookup=\"nearest\"", "hit.outside=\"hlsl\""],
+    ),
     configuration(
         "clamp-mirror",
         Of::Tex,
@@ -167,8 +186,16 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
     ),
     configuration("note-gradients", Of::Tex, &["cone.gradient=\"otk\""]),
     configuration("f16", Of::Cone, &["cone.format=\"f16\""]),
-    configuration("f32-truncate", Of::Cone, &["cone.format=\"f32\"", "cone.rounding=\"truncate\""]),
-    configuration("stochastic", Of::Cone, &["cone.rounding=\"stochastic\"", "cone.seed=7"]),
+    configuration(
+        "f32-truncate",
+        Of::Cone,
+        &["cone.format=\"f32\"", "cone.rounding=\"truncate\""],
+    ),
+    configuration(
+        "stochastic",
+        Of::Cone,
+        &["cone.rounding=\"stochastic\"", "cone.seed=7"],
+    ),
 ];
 
 impl Configuration {
@@ -213,7 +240,10 @@ impl Configuration {
         );
         // A plain unit has no frame, bump and roughness.
         let built = self.parts
-            || !matches!(subject, Subject::Stage(S::LocalFrame | S::Bump | S::Roughness));
+            || !matches!(
+                subject,
+                Subject::Stage(S::LocalFrame | S::Bump | S::Roughness)
+            );
         built
             && match self.of {
                 Of::All => !cone || self.name == "default",

@@ -51,8 +51,17 @@ impl TexBench {
             word("n", 3, "normal of the surface"),
             word("dp_ds", 3, "∂P/∂s, or the triangle's edge AB"),
             word("dp_dt", 3, "∂P/∂t, or the triangle's edge AC"),
-            word("edge_st", 4, "differences of s, then of t, along AB and AC (triangles)"),
-            Field::count(stage, "triangle", [0, 1], "whether edges of a triangle came"),
+            word(
+                "edge_st",
+                4,
+                "differences of s, then of t, along AB and AC (triangles)",
+            ),
+            Field::count(
+                stage,
+                "triangle",
+                [0, 1],
+                "whether edges of a triangle came",
+            ),
             word("st", 2, "texture coordinates s and t"),
         ];
         let mut outputs = Vec::new();
@@ -134,10 +143,18 @@ impl Model for TexBench {
         let words = [0.0, request.width].map(f64::to_bits);
         let stored = cone.load(words, &mut cone.dither(0), &mut Flags::default());
         let edge = request.edge.unwrap_or([0.0; 4]);
-        let vectors = [request.d, request.n, request.tangents[0], request.tangents[1]];
+        let vectors = [
+            request.d,
+            request.n,
+            request.tangents[0],
+            request.tangents[1],
+        ];
         let reals = vectors.into_iter().flatten().chain(edge).map(f64::to_bits);
         let triangle = u64::from(request.edge.is_some());
         let all = [u64::from(stored.width.0)].into_iter().chain(reals);
-        put_words(all.chain([triangle]).chain(request.st.map(f64::to_bits)), input);
+        put_words(
+            all.chain([triangle]).chain(request.st.map(f64::to_bits)),
+            input,
+        );
     }
 }

@@ -85,7 +85,10 @@ impl Header {
             let mut map = Map::new();
             for (key, value) in self.pairs() {
                 let number = value.parse::<u64>().ok().filter(|_| key != "unit");
-                map.insert(key.into(), number.map_or_else(|| json!(value), |n| json!(n)));
+                map.insert(
+                    key.into(),
+                    number.map_or_else(|| json!(value), |n| json!(n)),
+                );
             }
             let fields = |fields: &[Field]| fields.iter().map(describe_json).collect::<Vec<_>>();
             map.insert("inputs".into(), json!(fields(&shape.inputs)));
@@ -110,15 +113,27 @@ impl Header {
     /// What a header line contradicts: the key, what is wanted, what the line has. `None` where it agrees or is another
     /// comment.
     #[must_use]
-    pub fn contradiction(&self, line: &str, format: Format) -> Option<(&'static str, String, String)> {
+    pub fn contradiction(
+        &self,
+        line: &str,
+        format: Format,
+    ) -> Option<(&'static str, String, String)> {
         let found = |key: &str| -> Option<String> {
             if format == Format::Jsonl {
                 let value: Value = serde_json::from_str(line).ok()?;
                 let value = value.get(key)?;
-                return Some(value.as_str().map_or_else(|| value.to_string(), str::to_string));
+                return Some(
+                    value
+                        .as_str()
+                        .map_or_else(|| value.to_string(), str::to_string),
+                );
             }
             let mut words = line.strip_prefix(format.comment())?.split_whitespace();
-            words.find_map(|word| word.strip_prefix(key)?.strip_prefix('=').map(str::to_string))
+            words.find_map(|word| {
+                word.strip_prefix(key)?
+                    .strip_prefix('=')
+                    .map(str::to_string)
+            })
         };
         found("vectors")?;
         self.pairs()
@@ -147,9 +162,7 @@ fn parts(build: Build) -> String {
 pub fn is_comment(line: &str, format: Format) -> bool {
     match format {
         Format::Jsonl => line.starts_with("{\"vectors\""),
-        Format::Hex | Format::Readmemh => {
-            line.is_empty() || line.starts_with(format.comment())
-        }
+        Format::Hex | Format::Readmemh => line.is_empty() || line.starts_with(format.comment()),
     }
 }
 
@@ -167,11 +180,9 @@ fn describe(field: &Field) -> String {
         let _ = write!(out, ", {frac} fraction bits");
     }
     let _ = write!(out, ": {}", field.text);
-    match &field.meaning {
-        Meaning::Choice(names) | Meaning::Flags(names) if !names.is_empty() => {
-            let _ = write!(out, " ({})", names.join(" "));
-        }
-        _ => {}
+    let names = field.meaning.names();
+    if !names.is_empty() {
+        let _ = write!(out, " ({})", names.join(" "));
     }
     out
 }
@@ -194,7 +205,11 @@ fn describe_json(field: &Field) -> Value {
 pub fn digits(field: &Field, number: i64, out: &mut String) {
     let bits = field.padded_bits();
     let word = number.cast_unsigned();
-    let word = if bits < 64 { word & ((1 << bits) - 1) } else { word };
+    let word = if bits < 64 {
+        word & ((1 << bits) - 1)
+    } else {
+        word
+    };
     let width = field.digits();
     let _ = write!(out, "{word:0width$x}");
 }
@@ -281,7 +296,12 @@ impl Malformed {
 }
 
 /// The numbers of a line, inputs first.
-pub fn parse(shape: &Shape, format: Format, line: &str, numbers: &mut Vec<i64>) -> Result<(), Malformed> {
+pub fn parse(
+    shape: &Shape,
+    format: Format,
+    line: &str,
+    numbers: &mut Vec<i64>,
+) -> Result<(), Malformed> {
     numbers.clear();
     if format == Format::Jsonl {
         return parse_json(shape, line, numbers);
@@ -356,7 +376,11 @@ fn parse_json(shape: &Shape, line: &str, numbers: &mut Vec<i64>) -> Result<(), M
         let known = |name: &String| fields.iter().any(|f| f.name == *name);
         if let Some(other) = object.keys().find(|name| !known(name)) {
             let expected = format!("fields of `{key}` that the header lists");
-            return Err(Malformed::new(column_of(line, other), expected, shown(other)));
+            return Err(Malformed::new(
+                column_of(line, other),
+                expected,
+                shown(other),
+            ));
         }
         let object = if object.is_empty() { &none } else { object };
         for field in fields {

@@ -134,8 +134,7 @@ impl Wire {
     /// The format of a component's register; `None` for what is no register.
     #[must_use]
     pub fn format(self, config: &Config, component: usize) -> Option<Format> {
-        self.register(component)
-            .map(|(reg, _)| config.format(reg))
+        self.register(component).map(|(reg, _)| config.format(reg))
     }
 
     /// The register of a component, and the component's number in it.
@@ -269,9 +268,15 @@ impl Unit {
             Alone::Reflect if frame => &[V, FRAME_N],
             Alone::Reflect => &[V, N],
             Alone::CubeFace => &[&[W::VExp, W::NExp, W::NLift, W::Vr, W::VrFrac]],
-            Alone::Jacobian if bump => {
-                &[V, FRAME_N, &[W::H, W::HExp], TANGENTS, &[W::B], DERIVATIVES, FACING]
-            }
+            Alone::Jacobian if bump => &[
+                V,
+                FRAME_N,
+                &[W::H, W::HExp],
+                TANGENTS,
+                &[W::B],
+                DERIVATIVES,
+                FACING,
+            ],
             Alone::Jacobian => &[V, &[W::NExp], DERIVATIVES, FACING],
             Alone::Roughness if self.roughness.is_some() => {
                 &[V, &[W::NExp], TANGENTS, &[W::Rough], FACING]

@@ -47,7 +47,12 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
     if !longer {
         let half = real(0.5);
         s.fixed(Reg::EigenSq, 0, half * (a + c + root), zero());
-        s.fixed(Reg::EigenSq, 1, larger(half * (a + c - root), zero()), zero());
+        s.fixed(
+            Reg::EigenSq,
+            1,
+            larger(half * (a + c - root), zero()),
+            zero(),
+        );
     }
     for k in 0..2 {
         let (exact, slack) = if k == 1 && s.config.minor == Minor::Det && !longer {
@@ -75,7 +80,11 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
 fn direction(alpha: f64, is_first: bool) -> [f64; 2] {
     let (sin, cos) = (libm::sin(alpha), libm::cos(alpha));
     let [x, y] = if is_first { [cos, -sin] } else { [sin, cos] };
-    if x < 0.0 || (x == 0.0 && y < 0.0) { [-x, -y] } else { [x, y] }
+    if x < 0.0 || (x == 0.0 && y < 0.0) {
+        [-x, -y]
+    } else {
+        [x, y]
+    }
 }
 
 /// Notes the axis against the nearest of some directions, each known to `slack`.
@@ -125,9 +134,17 @@ fn table_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
     // Boundary constants are off by 2^−29 each, doubles by less.
     let fuzz = 4.0 * power(28) / step;
     let entry = |bin: f64| if centred { bin + 0.5 } else { bin };
-    let last = if centred { (n / 2.0).ceil() - 1.0 } else { (n / 2.0).floor() };
+    let last = if centred {
+        (n / 2.0).ceil() - 1.0
+    } else {
+        (n / 2.0).floor()
+    };
     let negative = (two_b < zero()) != (diff < zero());
-    let sign = if two_b.is_zero() || !negative { 1.0 } else { -1.0 };
+    let sign = if two_b.is_zero() || !negative {
+        1.0
+    } else {
+        -1.0
+    };
     let mut candidates = Vec::new();
     for bin in [(place - fuzz).floor(), (place + fuzz).floor()] {
         let alpha = sign * entry(bin.clamp(0.0, last)) * step / 2.0;
@@ -146,8 +163,14 @@ fn interpolated_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
         nearest(s, &[[1.0, 0.0]], 0.0);
         return;
     }
-    let alpha = libm::atan2(two_b.to_f64(), diff.to_f64());
-    let alpha = if diff < zero() { alpha - std::f64::consts::PI } else { alpha } / 2.0;
+    // K may lie far outside of the doubles.
+    let size = two_b.abs() + diff.abs();
+    let alpha = libm::atan2((two_b / size).to_f64(), (diff / size).to_f64());
+    let alpha = if diff < zero() {
+        alpha - std::f64::consts::PI
+    } else {
+        alpha
+    } / 2.0;
     let step = std::f64::consts::FRAC_PI_2 / f64::from(s.config.tables.eigen.entries);
     // Chord against arc: h²/8. Linear in tan 2α over a step of 2h instead of in α: (2h)³/(9√3)·sec² of the step, at
     // most h³ for h ≤ 45°, of a component's slope of 1. The fraction of the way: the reciprocal's error and 30 bits.
@@ -164,7 +187,11 @@ fn exact_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide, root: Wide) {
         return;
     }
     let p = diff.abs() + root;
-    let [x, y] = if diff < zero() { [p, two_b] } else { [two_b, p] };
+    let [x, y] = if diff < zero() {
+        [p, two_b]
+    } else {
+        [two_b, p]
+    };
     let length = (x * x + y * y).sqrt();
     let unit = [(x / length).to_f64(), (y / length).to_f64()];
     let unit = if unit[0] < 0.0 || (unit[0] == 0.0 && unit[1] < 0.0) {
@@ -178,7 +205,11 @@ fn exact_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide, root: Wide) {
 
 /// M, m, LOD, count, the line and its step.
 pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: bool) {
-    let sizes = if planar { [size, (size / 2).max(1)] } else { [size; 2] };
+    let sizes = if planar {
+        [size, (size / 2).max(1)]
+    } else {
+        [size; 2]
+    };
     let unit = if planar { planar_unit(sizes) } else { size };
     // λ is in u, v of a cube and in texels of a texture.
     let half = if planar { 1.0 } else { f64::from(size) / 2.0 };
@@ -195,7 +226,12 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     // Dividing in doubles costs 2^−52 of the quotient.
     let capped = length * real(cap);
     let exact = larger(larger(minor * real(half), capped), real(1.0));
-    s.fixed(Reg::FootWidth, 0, exact, Sheet::share(capped, 2.0 * f64::EPSILON));
+    s.fixed(
+        Reg::FootWidth,
+        0,
+        exact,
+        Sheet::share(capped, 2.0 * f64::EPSILON),
+    );
     let width = s.value(Reg::FootWidth, 0);
     if width.to_f64() > 0.0 {
         let last = f64::from(sizes[0].max(sizes[1]).max(1).ilog2());
@@ -205,7 +241,11 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     }
     let Some(count) = case.count() else { return };
     if case.input("count", 0).is_none() && length.to_f64() >= 0.0 && width.to_f64() > 0.0 {
-        s.choice("count", count, counted(config.count, config.max_probes, length, width));
+        s.choice(
+            "count",
+            count,
+            counted(config.count, config.max_probes, length, width),
+        );
     }
     let axis = [0, 1].map(|k| s.value(Reg::EigenAxis, k));
     let feline = config.count == Count::Feline;
@@ -221,11 +261,17 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
             continue;
         }
         s.fixed(Reg::FootLine, k, body * axis, slack * axis.abs());
-        let nominal = s.value(Reg::FootLine, k) / real(if planar { f64::from(unit) / 2.0 } else { 1.0 });
+        let nominal =
+            s.value(Reg::FootLine, k) / real(if planar { f64::from(unit) / 2.0 } else { 1.0 });
         let parts = if feline { 2 * (count - 1) } else { 2 * count };
         let ratio = f64::from(unit) / f64::from(sizes[k].max(1));
         let over = (f64::from(unit - 1) / f64::from(sizes[k].max(1))).floor();
-        let bits = 28.0 - if over >= 1.0 { libm::log2(over).floor() + 1.0 } else { 0.0 };
+        let bits = 28.0
+            - if over >= 1.0 {
+                libm::log2(over).floor() + 1.0
+            } else {
+                0.0
+            };
         #[expect(clippy::cast_precision_loss, reason = "at most 128 parts")]
         let exact = if parts > 0 {
             nominal * real(ratio) / real(parts as f64)
@@ -253,7 +299,11 @@ fn counted(rule: Count, max: u32, length: Wide, width: Wide) -> i64 {
     let plain = (1..max).find(|n| !beyond(*n)).unwrap_or(max);
     if rule == Count::Pow2 {
         let most = 1i64 << max.max(1).ilog2();
-        plain.unsigned_abs().next_power_of_two().cast_signed().min(most)
+        plain
+            .unsigned_abs()
+            .next_power_of_two()
+            .cast_signed()
+            .min(most)
     } else {
         plain
     }

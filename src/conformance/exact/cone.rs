@@ -27,7 +27,9 @@ fn step(case: &Case<'_>) -> Option<Step> {
 
 /// A code against the exact number, in ulp of the number's own binade.
 fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64, exact: f64) {
-    let Ok(bits) = u32::try_from(code) else { return };
+    let Ok(bits) = u32::try_from(code) else {
+        return;
+    };
     let held = value(format.unpack(bits).0);
     let largest = value(format.unpack(format.largest()).0);
     let want = exact.clamp(-largest, largest);
@@ -44,7 +46,13 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
     };
     // The reference's own error.
     let slack = 1e-15 * (want / lsb).abs();
-    sheet.number(name, code, want / lsb, ((held - want) / lsb).abs(), own + slack);
+    sheet.number(
+        name,
+        code,
+        want / lsb,
+        ((held - want) / lsb).abs(),
+        own + slack,
+    );
 }
 
 /// The stage.
@@ -54,7 +62,8 @@ pub(super) fn ray_cone(sheet: &mut Sheet<'_>, case: &Case<'_>) {
         let bits = u32::try_from(case.input(name, 0)?).ok()?;
         Some(value(format.unpack(bits).0))
     };
-    let (Some(angle), Some(width), Some(step)) = (input("angle_in"), input("width_in"), step(case)) else {
+    let (Some(angle), Some(width), Some(step)) = (input("angle_in"), input("width_in"), step(case))
+    else {
         return;
     };
     let cone = Cone {

@@ -19,9 +19,17 @@ fn level(s: &Sheet<'_>, last: usize) -> Option<(usize, i64)> {
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
     let down = frac - i64::from(s.config.lod_bits);
-    let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
+    let weight = if down > 0 {
+        (part + (1 << (down - 1))) >> down
+    } else {
+        part << -down
+    };
     let whole = usize::try_from(whole).ok()?;
-    Some(if whole >= last { (last, 0) } else { (whole, weight) })
+    Some(if whole >= last {
+        (last, 0)
+    } else {
+        (whole, weight)
+    })
 }
 
 /// Face, coordinates and their slack of a probe.
@@ -48,8 +56,14 @@ fn on_cube(s: &Sheet<'_>, face: usize, uv: [Wide; 2]) -> Probe {
     let over = real(1.0) / real(d[ma].abs());
     let uv = [real(sign_s * d[sc]) * over, real(sign_t * d[tc]) * over];
     // The table, a product cut to 30 bits, and the rounding to u's and v's own fraction.
-    let frac = s.config.format(Reg::AddrU).frac.min(s.config.format(Reg::AddrV).frac);
-    let slack = s.tables.recip + libm::ldexp(1.0, -29) + libm::ldexp(1.0, -i32::try_from(frac).unwrap_or(0));
+    let frac = s
+        .config
+        .format(Reg::AddrU)
+        .frac
+        .min(s.config.format(Reg::AddrV).frac);
+    let slack = s.tables.recip
+        + libm::ldexp(1.0, -29)
+        + libm::ldexp(1.0, -i32::try_from(frac).unwrap_or(0));
     Probe {
         face: found,
         uv,
@@ -80,7 +94,11 @@ fn centre(s: &Sheet<'_>, axis: usize, planar: bool) -> Wide {
     let st = s.value([Reg::SurfS, Reg::SurfT][axis], 0).to_f64();
     let x = 2.0 * st - 1.0;
     let wrap = s.config.tex.wrap[axis];
-    real(if wrap == Wrap::Repeat { wrapped(x, wrap) } else { x })
+    real(if wrap == Wrap::Repeat {
+        wrapped(x, wrap)
+    } else {
+        x
+    })
 }
 
 /// Sizes of a level.
@@ -95,14 +113,20 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
         return;
     };
     let last = usize::try_from(size.max(1).ilog2()).unwrap_or(0);
-    let Some((first, weight)) = level(s, last) else { return };
+    let Some((first, weight)) = level(s, last) else {
+        return;
+    };
     for k in 0..count {
         let index = usize::try_from(k).unwrap_or(0);
         let along = real((2 * k + 1 - count) as f64);
         let mut uv = [zero(); 2];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
             let x = centre(s, i, planar) + along * s.value(Reg::FootStep, i);
-            let x = if planar { real(wrapped(x.to_f64(), s.config.tex.wrap[i])) } else { x };
+            let x = if planar {
+                real(wrapped(x.to_f64(), s.config.tex.wrap[i]))
+            } else {
+                x
+            };
             s.fixed(reg, index, x, zero());
             uv[i] = s.value(reg, index);
         }
@@ -117,8 +141,8 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
         };
         for l in 0..=usize::from(weight != 0) {
             let sizes = level_size(size, planar, first + l);
-            for i in 0..2 {
-                let half = real(sizes[i] / 2.0);
+            for (i, size) in sizes.into_iter().enumerate() {
+                let half = real(size / 2.0);
                 let exact = (probe.uv[i] + real(1.0)) * half - real(0.5);
                 s.fixed(Reg::AddrS, 4 * index + 2 * l + i, exact, probe.slack * half);
             }
@@ -128,13 +152,20 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
 
 /// Weight of the second texel and the first texel's number plus one, from a texel coordinate's code.
 fn cell(s: &Sheet<'_>, component: usize, size: f64) -> Option<(usize, i64)> {
-    let code = s.codes(Reg::AddrS).get(component).filter(|c| c.is_written())?;
+    let code = s
+        .codes(Reg::AddrS)
+        .get(component)
+        .filter(|c| c.is_written())?;
     let frac = code.frac.clamp(0, 60);
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
     let bits = i64::from(s.config.weight_bits);
     let down = frac - bits;
-    let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
+    let weight = if down > 0 {
+        (part + (1 << (down - 1))) >> down
+    } else {
+        part << -down
+    };
     #[expect(clippy::cast_possible_truncation, reason = "a face's size")]
     let most = size as i64 - 1;
     let clamped = whole.clamp(-1, most);
@@ -151,7 +182,9 @@ pub(super) fn filter(s: &mut Sheet<'_>, case: &Case<'_>, map: Option<&CubeMap>) 
     let Some(count) = case.count() else { return };
     let levels = map.map_or(usize::MAX, |m| m.levels.len());
     let last = if levels == usize::MAX { 31 } else { levels - 1 };
-    let Some((first, weight)) = level(s, last) else { return };
+    let Some((first, weight)) = level(s, last) else {
+        return;
+    };
     let exact_memory = s.config.texel_format == TexelFormat::Half
         && s.config.texel_frac >= 24
         && s.config.texel_int >= 16;
@@ -220,7 +253,10 @@ fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
         Weights::Box => (vec![1; probes], count.max(1)),
         Weights::Gaussian => {
             let n = u32::try_from(count.max(1)).unwrap_or(1);
-            (weights(n, config.probe_weight_bits, feline), 1 << config.probe_weight_bits)
+            (
+                weights(n, config.probe_weight_bits, feline),
+                1 << config.probe_weight_bits,
+            )
         }
     };
     let next = Wide::code(weight, i64::from(config.lod_bits));

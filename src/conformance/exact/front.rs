@@ -27,7 +27,12 @@ pub(super) fn local_frame(s: &mut Sheet<'_>) {
     let (length, slack) = s.sqrt(dot(n, n));
     s.fixed(Reg::FrameLength, 0, length, slack);
     let inv = s.value(Reg::FrameInvLength, 0);
-    s.block(Reg::FrameScale, 0, &[s.value(Reg::FrameLength, 0) * inv], zero());
+    s.block(
+        Reg::FrameScale,
+        0,
+        &[s.value(Reg::FrameLength, 0) * inv],
+        zero(),
+    );
     let e1 = scale(s.value(Reg::FrameScale, 0), c);
     let n_cross = cross(n, c);
     let e2 = scale(inv, s.vector(Reg::FrameNCross, 0));

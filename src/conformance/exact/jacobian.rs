@@ -12,16 +12,19 @@ use crate::reference::wide::Wide;
 
 type Vector = [Wide; 3];
 
-/// A derivative of v_r in its register. With a rotation the register is written twice, and what was rounded first is
-/// not seen: it adds half an LSB (one) for each entry of A.
+/// A derivative of v_r in its register. With a rotation the register is written twice, and what was written first is
+/// not seen: its rounding counts for each entry of A, and where it left its range nothing is known.
 pub(super) fn derivative(s: &mut Sheet<'_>, reg: Reg, first: usize, exact: Vector) {
+    let unseen = s.unseen(reg, first);
     let rotated = rotation(s).map(|a| {
-        let lsb = s.lsb(reg, first);
         a.map(|row| {
             let size = row.iter().fold(zero(), |sum, x| sum + x.abs());
-            (dot(row, exact), size * lsb)
+            (dot(row, exact), size * unseen)
         })
     });
+    if rotated.is_some() && exact.iter().any(|x| !s.is_inside(reg, first, *x)) {
+        return;
+    }
     let rows = rotated.unwrap_or_else(|| exact.map(|x| (x, zero())));
     for (i, (x, slack)) in rows.into_iter().enumerate() {
         s.fixed(reg, first + i, x, slack);
@@ -37,7 +40,10 @@ fn project(
 ) {
     let Some(face) = case.face() else { return };
     // v_r = 0 has no derivatives.
-    let zero_direction = s.value(Reg::FaceInvMa, 0).is_zero();
+    let zero_direction = match case.input("zero", 0) {
+        Some(zero) => zero == 1,
+        None => s.value(Reg::FaceInvMa, 0).is_zero(),
+    };
     let [sc, tc, ma] = components(face, s.vector(derivative, 3 * column));
     for (row, (side, at)) in [(sc, Reg::FaceU), (tc, Reg::FaceV)].into_iter().enumerate() {
         let c = 2 * row + column;
@@ -78,7 +84,12 @@ fn normal(s: &mut Sheet<'_>) {
     let mut perp = [[zero(); 3]; 2];
     for (col, dn) in dn.into_iter().enumerate() {
         s.fixed(Reg::JacNIdotDn, col, dot(n, dn), zero());
-        s.fixed(Reg::JacAlong, col, s.value(Reg::JacNIdotDn, col) * inv, zero());
+        s.fixed(
+            Reg::JacAlong,
+            col,
+            s.value(Reg::JacNIdotDn, col) * inv,
+            zero(),
+        );
         let exact = subtract(dn, scale(s.value(Reg::JacAlong, col), n));
         for (i, x) in exact.into_iter().enumerate() {
             s.fixed(Reg::JacDnPerp, 3 * col + i, x, zero());
@@ -102,7 +113,12 @@ fn normal(s: &mut Sheet<'_>) {
                 s.fixed(Reg::JacTilt, c, s.value(Reg::JacPerpDotE, c) * inv, zero());
                 *tilt = s.value(Reg::JacTilt, c);
             }
-            s.fixed(Reg::JacTurn, 1 + col, tilt[0] * s.value(Reg::JacTurn, 0), zero());
+            s.fixed(
+                Reg::JacTurn,
+                1 + col,
+                tilt[0] * s.value(Reg::JacTurn, 0),
+                zero(),
+            );
             let turn = s.value(Reg::JacTurn, 1 + col);
             for k in 0..2 {
                 let around = scale(if k == 0 { turn } else { -turn }, e[1 - k]);
@@ -133,9 +149,13 @@ pub(super) fn jacobian(s: &mut Sheet<'_>, case: &Case<'_>) {
         s.fixed(Reg::JacNdotDv, col, dot(n, dv), zero());
         s.fixed(Reg::JacVdotDn, col, dot(v, dn), zero());
         s.fixed(Reg::JacNdotDn, col, dot(n, dn), zero());
-        let [n_dv, v_dn, n_dn] = [Reg::JacNdotDv, Reg::JacVdotDn, Reg::JacNdotDn].map(|reg| s.value(reg, col));
+        let [n_dv, v_dn, n_dn] =
+            [Reg::JacNdotDv, Reg::JacVdotDn, Reg::JacNdotDn].map(|reg| s.value(reg, col));
         let by_v = subtract(scale(two * n_dv, n), scale(nn, dv));
-        let by_n = subtract(add(scale(two * nv, dn), scale(two * v_dn, n)), scale(two * n_dn, v));
+        let by_n = subtract(
+            add(scale(two * nv, dn), scale(two * v_dn, n)),
+            scale(two * n_dn, v),
+        );
         derivative(s, Reg::JacDvr, 3 * col, add(by_v, by_n));
         project_d(s, case, col);
     }
@@ -151,7 +171,12 @@ pub(super) fn roughness(s: &mut Sheet<'_>, case: &Case<'_>) {
         i64::from(rtl_model::config::SCALE_FRAC),
     );
     for i in 0..3 {
-        s.fixed(Reg::RoughScaled, i, scale_by * s.value(Reg::RoughD, i), zero());
+        s.fixed(
+            Reg::RoughScaled,
+            i,
+            scale_by * s.value(Reg::RoughD, i),
+            zero(),
+        );
     }
     let (v, n) = (s.vector(Reg::ReflectV, 0), s.vector(Reg::ReflectN, 0));
     let nv = s.value(Reg::ReflectNdotV, 0);
@@ -162,8 +187,18 @@ pub(super) fn roughness(s: &mut Sheet<'_>, case: &Case<'_>) {
         s.fixed(Reg::RoughNdotE, col, dot(n, e), zero());
         let [v_e, n_e] = [Reg::RoughVdotE, Reg::RoughNdotE].map(|reg| s.value(reg, col));
         let sum = add(scale(two * nv, e), scale(two * v_e, n));
-        derivative(s, Reg::RoughDvr, 3 * col, subtract(sum, scale(two * n_e, v)));
-        project(s, case, col, [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE]);
+        derivative(
+            s,
+            Reg::RoughDvr,
+            3 * col,
+            subtract(sum, scale(two * n_e, v)),
+        );
+        project(
+            s,
+            case,
+            col,
+            [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE],
+        );
     }
     let e = |k: usize| s.value(Reg::RoughE, k);
     let d = [0, 1, 2].map(|k| s.value(Reg::RoughScaled, k));

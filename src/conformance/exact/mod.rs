@@ -78,7 +78,8 @@ impl Case<'_> {
             .output("face")
             .or_else(|| self.output("cube_face.face"))
             .or_else(|| self.input("face", 0));
-        face.and_then(|f| usize::try_from(f).ok()).filter(|f| *f < 6)
+        face.and_then(|f| usize::try_from(f).ok())
+            .filter(|f| *f < 6)
     }
 
     /// The probe count.
@@ -121,12 +122,14 @@ impl Judge {
                 Stage::CubeFace => front::cube_face(&mut sheet, case),
                 Stage::Jacobian if self.subject == Subject::Hit => {
                     hit::projected(&mut sheet, case, self.distances.as_ref());
-                },
+                }
                 Stage::Jacobian => jacobian::jacobian(&mut sheet, case),
                 Stage::Roughness => jacobian::roughness(&mut sheet, case),
                 Stage::RayCone => cone::ray_cone(&mut sheet, case),
                 Stage::Hit => hit::hit(&mut sheet, case, self.distances.as_ref()),
-                Stage::SurfaceFootprint => surface::surface_footprint(&mut sheet, case, self.build.size),
+                Stage::SurfaceFootprint => {
+                    surface::surface_footprint(&mut sheet, case, self.build.size)
+                }
                 Stage::Covariance => back::covariance(&mut sheet, planar),
                 Stage::Eigen => back::eigen(&mut sheet),
                 Stage::Footprint => back::footprint(&mut sheet, case, self.build.size, planar),

@@ -88,7 +88,9 @@ impl<'a> Sheet<'a> {
     /// Whether a component was written.
     #[must_use]
     pub fn has(&self, reg: Reg, component: usize) -> bool {
-        self.codes(reg).get(component).is_some_and(|c| c.is_written())
+        self.codes(reg)
+            .get(component)
+            .is_some_and(|c| c.is_written())
     }
 
     /// The value of a component; 0 where nothing was written.
@@ -126,6 +128,19 @@ impl<'a> Sheet<'a> {
         Wide::code(1, frac)
     }
 
+    /// What a rounding to a register is off by, in true units.
+    #[must_use]
+    pub fn unseen(&self, reg: Reg, component: usize) -> Wide {
+        self.lsb(reg, component) * real(self.rounding(reg))
+    }
+
+    /// Whether a value lies inside of a register's range, a whole LSB from its ends.
+    #[must_use]
+    pub fn is_inside(&self, reg: Reg, component: usize, x: Wide) -> bool {
+        let frac = self.codes(reg).get(component).map_or(0, |c| c.frac);
+        x.times_power(frac).abs() < Wide::code(self.config.format(reg).max_raw() - 1, 0)
+    }
+
     /// A component of a fixed register whose exact value is known to `slack`, in true units.
     pub fn fixed(&mut self, reg: Reg, component: usize, exact: Wide, slack: Wide) {
         self.fixed_in(reg, component, exact, slack, None);
@@ -154,16 +169,27 @@ impl<'a> Sheet<'a> {
         let observed = Wide::code(code.raw, 0);
         let mut error = (observed - x).abs().to_f64();
         let format = self.config.format(reg);
-        let (low, high) = (Wide::code(format.min_raw(), 0), Wide::code(format.max_raw(), 0));
+        let (low, high) = (
+            Wide::code(format.min_raw(), 0),
+            Wide::code(format.max_raw(), 0),
+        );
         let edge = real(bound);
         // Near an end of the range both sides are right.
         if x > high - edge || x < low + edge {
             let other = match format.overflow {
                 Overflow::Saturate | Overflow::SaturateSymmetric => {
-                    let end = if x > high { high } else if x < low { low } else { x };
+                    let end = if x > high {
+                        high
+                    } else if x < low {
+                        low
+                    } else {
+                        x
+                    };
                     (observed - end).abs().to_f64()
                 }
                 Overflow::Zero => observed.abs().to_f64(),
+                // Every bit of what is exact lies above the register's.
+                Overflow::Wrap if x.abs() > Wide::code(1, -180) => observed.abs().to_f64(),
                 Overflow::Wrap => {
                     let turns = ((observed - x).times_power(-i64::from(format.width()))).to_f64();
                     let turn = Wide::from_f64(turns.round()).times_power(i64::from(format.width()));
@@ -195,7 +221,11 @@ impl<'a> Sheet<'a> {
         if codes.iter().any(|c| !c.is_written()) {
             return;
         }
-        let most = codes.iter().map(|c| c.raw.unsigned_abs()).max().unwrap_or(0);
+        let most = codes
+            .iter()
+            .map(|c| c.raw.unsigned_abs())
+            .max()
+            .unwrap_or(0);
         let is_normal = most >= 1 << (width - 1) && most < 1 << width;
         self.mantissas(reg, first, exact, slack, is_normal);
     }
@@ -203,8 +233,16 @@ impl<'a> Sheet<'a> {
     /// A block whose power of two means nothing: codes next to a multiple of the direction by a power of two.
     pub fn block_direction(&mut self, reg: Reg, first: usize, exact: [Wide; 3]) {
         let codes = [0, 1, 2].map(|i| self.codes(reg).get(first + i).copied());
-        let [Some(a), Some(b), Some(c)] = codes else { return };
-        let top = |x: f64| if x == 0.0 { i64::MIN } else { i64::from(libm::ilogb(x)) };
+        let [Some(a), Some(b), Some(c)] = codes else {
+            return;
+        };
+        let top = |x: f64| {
+            if x == 0.0 {
+                i64::MIN
+            } else {
+                i64::from(libm::ilogb(x))
+            }
+        };
         let most = |v: [f64; 3]| v.into_iter().map(f64::abs).fold(0.0, f64::max);
         let held = most([a, b, c].map(|c| Wide::code(c.raw, c.frac).to_f64()));
         let want = most(exact.map(|x| x.to_f64()));
@@ -226,7 +264,14 @@ impl<'a> Sheet<'a> {
     }
 
     /// [`Sheet::block`] with its own view of what is normalised.
-    pub fn mantissas(&mut self, reg: Reg, first: usize, exact: &[Wide], slack: Wide, is_normal: bool) {
+    pub fn mantissas(
+        &mut self,
+        reg: Reg,
+        first: usize,
+        exact: &[Wide],
+        slack: Wide,
+        is_normal: bool,
+    ) {
         let width = self.config.format(reg).magnitude_bits();
         let codes = self.codes(reg);
         let end = (1i64 << width) - 1;
@@ -236,7 +281,11 @@ impl<'a> Sheet<'a> {
             };
             let x = exact.times_power(code.frac);
             // What rounds up to the next power of two stays at the largest code.
-            let own = if code.raw.abs() == end { 1.0 } else { self.rounding(reg) };
+            let own = if code.raw.abs() == end {
+                1.0
+            } else {
+                self.rounding(reg)
+            };
             let bound = own + slack.times_power(code.frac).to_f64() + OWN;
             let error = (Wide::code(code.raw, 0) - x).abs().to_f64();
             let all_zero = most_of(codes, first, c) == 0;
@@ -249,7 +298,15 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn note(&mut self, reg: Reg, component: usize, observed: i64, exact: f64, error: f64, bound: f64) {
+    fn note(
+        &mut self,
+        reg: Reg,
+        component: usize,
+        observed: i64,
+        exact: f64,
+        error: f64,
+        bound: f64,
+    ) {
         self.findings.push(Finding {
             stage: self.stage,
             reg: Some(reg),
@@ -279,7 +336,14 @@ impl<'a> Sheet<'a> {
     }
 
     /// A number that is no register of the fixed kind, in its own LSB.
-    pub fn number(&mut self, name: &'static str, observed: i64, exact: f64, error: f64, bound: f64) {
+    pub fn number(
+        &mut self,
+        name: &'static str,
+        observed: i64,
+        exact: f64,
+        error: f64,
+        bound: f64,
+    ) {
         self.findings.push(Finding {
             stage: self.stage,
             reg: None,
