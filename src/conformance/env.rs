@@ -1,6 +1,7 @@
 //! Benches of the ENV operation: one stage behind its wires, and the whole from the ports to the colour.
 
 use rtl_model::fx::Flags;
+use rtl_model::stages::Roms;
 use rtl_model::unit::{Alone, Needs, Ports, Results, State, Wire, Words};
 use rtl_model::{Config, Texture, Unit};
 
@@ -270,6 +271,11 @@ impl EnvUnit {
             lane,
             shape: Shape { inputs, outputs },
         })
+    }
+
+    /// The tables, to be changed by who tests the judges.
+    pub fn roms(&mut self) -> &mut Roms {
+        &mut self.lane.unit.roms
     }
 }
 
