@@ -28,3 +28,4 @@ pub mod srgb;
 pub mod stage;
 pub mod truth;
 pub mod unit;
+pub mod untrusted;

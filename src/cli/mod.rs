@@ -21,7 +21,7 @@ mod render;
 mod scenes;
 mod subject;
 mod tables;
-mod trace;
+pub(crate) mod trace;
 mod trace_cone;
 mod trace_hit;
 mod trace_pixel;
@@ -34,6 +34,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::InputError;
+
+pub(crate) use unit::check as check_unit;
 
 /// A word on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
 /// a closed stderr is no reason to stop.

@@ -57,7 +57,7 @@ enum Action {
 const FACES: [u32; 2] = [1, 16384];
 
 /// Whether the unit can be exact inside with every stage built.
-pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
+pub(crate) fn check(spec: &UnitSpec) -> Result<(), InputError> {
     for size in FACES {
         for all in [true, false] {
             let needs = Needs {
