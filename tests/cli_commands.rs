@@ -28,11 +28,7 @@ fn commands_of_later_versions_say_so_whatever_follows() {
         &["gpu"][..],
         &["gpu", "list"],
         &["study", "merge", "--json", "-", "--help"],
-        &["vectors", "gen", "eigen", "--level", "1"],
-        &["vectors", "--", "-x"],
         &["size", "sphere", "--max-lsb8", "1"],
-        &["conform", "--unit", "x"],
-        &["budget"],
         &["fingerprint", "--adapter"],
     ] {
         tapline(args).refused(&[args[0], "not built yet"]);

@@ -1,27 +1,9 @@
 //! `vectors` and `conform` as a user calls them.
 
-use std::io::Write as _;
-use std::process::{Command, Output, Stdio};
+use super::cli_support::{tapline, tapline_fed};
 
-fn tapline(args: &[&str], input: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_tapline"))
-        .args(args)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_string();
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().unwrap();
-    // A command that refuses its input closes it early.
-    let _ = writer.join().unwrap();
-    output
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+fn fed(args: &[&str], input: &str) -> super::cli_support::Ran {
+    tapline_fed(args, input.as_bytes())
 }
 
 #[test]
@@ -30,7 +12,7 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
         let args = [
             "vectors", "gen", "eigen", "--count", "200", "--format", format,
         ];
-        let vectors = text(&tapline(&args, "").stdout);
+        let vectors = tapline(&args).done().stdout;
         for against in ["rtl", "f64"] {
             let args = [
                 "vectors",
@@ -41,13 +23,13 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
                 "--against",
                 against,
             ];
-            let out = tapline(&args, &vectors);
-            assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
-            assert!(text(&out.stderr).contains("200 cases, 0 wrong"));
+            let out = fed(&args, &vectors);
+            assert_eq!(out.status, Some(0), "{}", out.stderr);
+            assert!(out.stderr.contains("200 cases, 0 wrong"));
         }
     }
     let args = ["vectors", "gen", "eigen", "--count", "60"];
-    let vectors = text(&tapline(&args, "").stdout);
+    let vectors = tapline(&args).done().stdout;
     let last = vectors.trim_end().lines().last().unwrap();
     let tokens: Vec<&str> = last.split(' ').collect();
     // The root is the fifth number: K, its fraction bits, then the outputs.
@@ -60,9 +42,9 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
         .concat()
         .join(" ");
     for against in ["rtl", "f64"] {
-        let out = tapline(&["vectors", "check", "eigen", "--against", against], &line);
-        assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
-        let shown = text(&out.stdout);
+        let out = fed(&["vectors", "check", "eigen", "--against", against], &line);
+        assert_eq!(out.status, Some(1), "{}", out.stderr);
+        let shown = out.stdout;
         assert!(shown.contains(" => stage eigen, root[0]: "), "{shown}");
         assert!(shown.contains(" expected "), "{shown}");
     }
@@ -71,36 +53,23 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
 #[test]
 fn malformed_vectors_are_status_2_with_line_and_column() {
     let args = ["vectors", "gen", "bump", "--count", "3"];
-    let vectors = text(&tapline(&args, "").stdout);
+    let vectors = tapline(&args).done().stdout;
     let lines = vectors.lines().count();
     let broken = format!("{vectors}012 34\n");
-    let out = tapline(&["vectors", "check", "bump"], &broken);
-    assert_eq!(out.status.code(), Some(2));
-    let error = text(&out.stderr);
+    let out = fed(&["vectors", "check", "bump"], &broken);
+    assert_eq!(out.status, Some(2));
+    let error = out.stderr;
     assert!(
         error.contains(&format!("line {}, column 1", lines + 1)),
         "{error}"
     );
-    let other = tapline(
-        &[
-            "vectors",
-            "check",
-            "bump",
-            "--set",
-            "footprint.max_probes=8",
-        ],
-        &vectors,
-    );
-    assert_eq!(other.status.code(), Some(2), "another unit's vectors");
-    assert!(text(&other.stderr).contains("line 1, column 1: expected unit "));
-    assert_eq!(
-        tapline(&["vectors", "check", "bump"], "").status.code(),
-        Some(2)
-    );
-    assert_eq!(
-        tapline(&["vectors", "gen", "bmup"], "").status.code(),
-        Some(2)
-    );
+    let other_unit = ["--set", "footprint.max_probes=8"];
+    let args = [&["vectors", "check", "bump"][..], &other_unit].concat();
+    let other = fed(&args, &vectors);
+    assert_eq!(other.status, Some(2), "another unit's vectors");
+    assert!(other.stderr.contains("line 1, column 1: expected unit "));
+    assert_eq!(tapline(&["vectors", "check", "bump"]).status, Some(2));
+    assert_eq!(tapline(&["vectors", "gen", "bmup"]).status, Some(2));
 }
 
 #[test]
@@ -118,8 +87,8 @@ fn conform_passes_a_slice_of_every_suite() {
         "--json",
         json.to_str().unwrap(),
     ];
-    let result = tapline(&args, "");
-    assert_eq!(result.status.code(), Some(0), "{}", text(&result.stdout));
+    let result = tapline(&args);
+    assert_eq!(result.status, Some(0), "{}", result.stdout);
     assert!(!out.exists());
     let value: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
@@ -127,18 +96,7 @@ fn conform_passes_a_slice_of_every_suite() {
     assert!(suites.len() >= 250);
     assert!(suites.iter().all(|s| s["cases"] == 6 && s["failed"] == 0));
     assert_eq!(value["skipped"][0]["engine"], "gpu");
-    assert_eq!(
-        tapline(&["conform", "--engines", "gpu"], "").status.code(),
-        Some(2)
-    );
-    assert_eq!(
-        tapline(&["conform", "--suite", "nothing"], "")
-            .status
-            .code(),
-        Some(2)
-    );
-    assert_eq!(
-        tapline(&["conform", "--range", "5", "5"], "").status.code(),
-        Some(2)
-    );
+    assert_eq!(tapline(&["conform", "--engines", "gpu"]).status, Some(2));
+    assert_eq!(tapline(&["conform", "--suite", "nothing"]).status, Some(2));
+    assert_eq!(tapline(&["conform", "--range", "5", "5"]).status, Some(2));
 }

@@ -4,6 +4,8 @@
     reason = "a test stops at the first thing that is not as it should be"
 )]
 
+#[path = "../cli_support/mod.rs"]
+mod cli_support;
 mod command;
 mod mutants;
 mod vectors;

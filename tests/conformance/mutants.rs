@@ -93,7 +93,12 @@ fn one_rounding_changed_is_caught_and_located_in_every_stage_by_both_judges() {
         };
         let mut located = [0; 2];
         for (change, name) in changes {
-            let mut device = model(&unit(&[change.clone()]), subject, Build::default()).unwrap();
+            let mut device = model(
+                &unit(std::slice::from_ref(&change)),
+                subject,
+                Build::default(),
+            )
+            .unwrap();
             for (k, exact) in [false, true].into_iter().enumerate() {
                 // A register that rounds nothing in this unit has no wrong rounding.
                 let Some(found) = caught(subject, device.as_mut(), exact) else {
