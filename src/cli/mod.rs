@@ -2,6 +2,7 @@
 
 mod args;
 mod bounds;
+mod budget;
 mod bump_file;
 mod compare;
 mod compare_files;
@@ -125,8 +126,8 @@ enum Command {
     Cones(cones::Args),
     /// Run named suites of seeded cases on every engine.
     Conform(conform::Args),
-    /// Error budgets (not built yet).
-    Budget(Later),
+    /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
+    Budget(budget::Args),
     /// What a GPU's sampler does (not built yet).
     Fingerprint(Later),
     /// GPU adapters (not built yet).
@@ -170,7 +171,7 @@ pub fn run() -> ExitCode {
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
         Command::Conform(args) => conform::run(args),
-        Command::Budget(rest) => later("budget", rest),
+        Command::Budget(args) => budget::run(args),
         Command::Fingerprint(rest) => later("fingerprint", rest),
         Command::Gpu(rest) => later("gpu", rest),
     };

@@ -4,8 +4,11 @@
 //! else follows from it: benches fill its numbers, [`text`] writes and reads them, [`header`] declares them for C and
 //! SystemVerilog, [`cases`] sweeps their patterns, and the judges name the field that is wrong.
 
+pub mod attribution;
 pub mod bench;
+pub mod budget;
 pub mod cases;
+pub mod certify;
 pub mod check;
 pub mod env;
 pub mod exact;

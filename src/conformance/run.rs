@@ -1,12 +1,14 @@
 //! Running suites: cases in parallel, the first failure minimised.
 
-use super::bench::{Bench, Model, model, overlay};
-use super::cases::{Place, fill};
+use super::bench::{Bench, Build, Model, model, overlay};
+use super::cases::{Class, Place, fill};
 use super::check::{Difference, beyond, difference};
 use super::exact::{Case, Finding, Judge};
+use super::subject::Subject;
 use super::suite::Suite;
 use crate::engine::probe::RtlProbe;
 use crate::error::InputError;
+use crate::unit::UnitSpec;
 
 /// An engine of the suites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -64,9 +66,10 @@ pub struct Outcome {
     pub vacuous: Option<&'static str>,
 }
 
-/// A suite's bench with what judges it.
+/// A subject's bench in a unit, with what judges it.
 pub struct Runner {
-    suite: Suite,
+    subject: Subject,
+    class: Class,
     model: Box<dyn Model>,
     /// Another instance, whose registers hold other cases: nothing may be left of them.
     fresh: Box<dyn Model>,
@@ -79,11 +82,23 @@ impl Runner {
     /// Builds the suite's unit.
     pub fn new(suite: Suite, seed: u64) -> Result<Self, InputError> {
         let (spec, build) = (suite.configuration.unit()?, suite.configuration.build());
+        Self::of(&spec, suite.subject, build, suite.class, seed)
+    }
+
+    /// A subject in any unit.
+    pub fn of(
+        spec: &UnitSpec,
+        subject: Subject,
+        build: Build,
+        class: Class,
+        seed: u64,
+    ) -> Result<Self, InputError> {
         Ok(Self {
-            suite,
-            model: model(&spec, suite.subject, build)?,
-            fresh: model(&spec, suite.subject, build)?,
-            judge: Judge::new(&spec.config, suite.subject, build),
+            subject,
+            class,
+            model: model(spec, subject, build)?,
+            fresh: model(spec, subject, build)?,
+            judge: Judge::new(&spec.config, subject, build),
             level: 2,
             seed,
         })
@@ -98,13 +113,13 @@ impl Runner {
     /// The inputs of a case.
     pub fn input(&mut self, index: u64) -> Vec<i64> {
         let place = Place {
-            class: self.suite.class,
+            class: self.class,
             level: self.level,
             seed: self.seed,
             index,
         };
         let mut input = vec![0; self.model.shape().input_len()];
-        fill(self.model.as_mut(), self.suite.subject, place, &mut input);
+        fill(self.model.as_mut(), self.subject, place, &mut input);
         input
     }
 

@@ -165,7 +165,12 @@ impl<'a> Sheet<'a> {
             _ => exact,
         };
         let (x, slack) = (lsb(exact), lsb(slack).to_f64());
-        let bound = self.rounding(reg) + slack + OWN;
+        let bound = if slack == 0.0 && is_whole(x) {
+            // Nothing is left to round.
+            OWN
+        } else {
+            self.rounding(reg) + slack + OWN
+        };
         let observed = Wide::code(code.raw, 0);
         let mut error = (observed - x).abs().to_f64();
         let format = self.config.format(reg);
@@ -382,6 +387,12 @@ impl<'a> Sheet<'a> {
         let y = real(1.0) / x.sqrt();
         (y, Self::share(y, self.tables.rsqrt))
     }
+}
+
+/// Whether a value is a whole number, as the sums of short codes are.
+fn is_whole(x: Wide) -> bool {
+    let near = x.to_f64();
+    near.abs() < 9e15 && (x - real(near.round())).is_zero()
 }
 
 /// The largest magnitude of the codes that share an exponent with a component.
