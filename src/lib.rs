@@ -8,6 +8,7 @@ pub use rtl_model::policy;
 pub mod caustic;
 pub mod cli;
 pub mod cone_study;
+pub mod conformance;
 pub mod cube;
 pub mod distance;
 pub mod engine;
