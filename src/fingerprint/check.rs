@@ -1,9 +1,10 @@
 //! The proof: a model built from the fingerprint's claims predicts random look-ups.
 
+use super::cube::straddles;
 use super::levels::{Fit, random};
 use super::model::{Line, Model, Rule};
 use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32};
-use crate::cube::{direction, major_face};
+use crate::cube::direction;
 use crate::gpu::GpuError;
 
 /// Look-ups in a group.
@@ -102,7 +103,10 @@ pub fn lines(
     rule: Rule,
 ) -> Result<Vec<Fit<Line>>, GpuError> {
     let image = noise(rule.shape);
-    let queries = look_ups(rule.shape, CASES);
+    let mut queries = look_ups(rule.shape, CASES);
+    if rule.shape == Shape::Cube && rule.source == Source::Quad {
+        queries.retain(|q| !straddles(q));
+    }
     let state = State::trilinear(rule.clamp);
     let seen = alone(unit, &image, state, rule.source, &queries)?;
     let mut fits = Vec::new();
@@ -153,14 +157,7 @@ pub fn check(
     // Column, row and level weight of each of two levels may be a step off, each moves a colour by at most one range; of 8-bit
     // and of smooth weights one step counts as 2^−8.
     let step = model.texels.size().max(libm::exp2(-8.0));
-    let straddles = |q: &Query| {
-        let face = |sum: [f32; 3]| major_face(sum.map(f64::from));
-        let add = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
-        let quad = [add(q.at, q.dx), add(q.at, q.dy), add(add(q.at, q.dx), q.dy)];
-        shape == Shape::Cube
-            && source == Source::Quad
-            && quad.iter().any(|d| face(*d) != face(q.at))
-    };
+    let straddles = |q: &Query| shape == Shape::Cube && source == Source::Quad && straddles(q);
     let (mut distances, mut straddling) = (Vec::new(), [0; 2]);
     for (query, (a, b)) in queries.iter().zip(seen.iter().zip(&predicted)) {
         let distance = distance(a, b);

@@ -6,7 +6,8 @@ use super::cube::Ties;
 use super::levels::Fit;
 use super::model::Rule;
 use super::steps::{Rounding, Staircase, Steps};
-use super::taps::{Footprint, Taps, Transfer};
+use super::taps::{Footprint, Taps};
+use super::transfer::Transfer;
 use super::unit::Source;
 use super::{Filter, Fingerprint, Mapped, honours, shape_name, source_name};
 
@@ -78,6 +79,7 @@ fn steps(steps: Steps) -> Value {
             "rounding": match rounding {
                 Rounding::Floor => "floor",
                 Rounding::Nearest => "nearest",
+                Rounding::NearestEven => "nearest-even",
             },
         }),
     }
@@ -137,7 +139,7 @@ fn filter(f: &Filter) -> Value {
 }
 
 fn footprint(f: &Footprint) -> Value {
-    json!({"clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
+    json!({"texture": shape_name(f.shape), "clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
 }
 
 fn taps(t: &Taps) -> Value {

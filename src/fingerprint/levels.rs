@@ -164,7 +164,10 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
         })
         .collect();
     let seen = lods(unit, State::trilinear(1), Source::Level, &queries)?;
-    Ok(staircase(seen.into_iter().map(|lod| lod - 2.0).collect()))
+    Ok(staircase(
+        seen.into_iter().map(|lod| lod - 2.0).collect(),
+        None,
+    ))
 }
 
 /// The curve, of footprints that have a derivative along one axis alone: all rules of length agree on those.
@@ -192,7 +195,7 @@ pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, GpuError> {
     let fine = lods(unit, state, Source::Gradient, &fine)?;
     let octave: Vec<f64> = fine.into_iter().map(|l| l - 2.0).collect();
     let bits = grid_bits(&octave);
-    let distinct = staircase(octave.clone()).distinct;
+    let distinct = staircase(octave.clone(), None).distinct;
     let points: Vec<(f64, f64)> = octave
         .iter()
         .enumerate()

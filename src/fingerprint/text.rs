@@ -178,7 +178,7 @@ fn filter_row(table: &mut Table, f: &Filter) {
         shape_name(rule.shape).to_string(),
         source_name(rule.source).to_string(),
         rule.clamp.to_string(),
-        format!("{}; {}", rule.lod.width.name(), rule.lod.mix.name()),
+        rule.lod.name(),
         format!("{:.1e}", f.lod.worst),
         format!("{:.1e}", f.lines[0].mean),
         format!("{:.1e}", f.lines[1].mean),
@@ -192,7 +192,7 @@ fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
     }
     writeln!(
         out,
-        "   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes 512 random ones)"
+        "   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes up to 512 random ones)"
     )?;
     writeln!(
         out,
@@ -246,7 +246,10 @@ fn extent(taps: &Taps) -> [f64; 2] {
 }
 
 fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "5. taps of textureSampleGrad on 2-D textures")?;
+    writeln!(
+        out,
+        "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes"
+    )?;
     writeln!(
         out,
         "   measured: kinks of the texture max(0, x) under a sweep of 1/16 texel; places finer than 1/256 texel; the shorter"
@@ -256,6 +259,7 @@ fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         "   derivative is one texel. Teeth that point down: the filter is no sum of bilinear taps that move with the coordinate"
     )?;
     let mut table = Table::new(&[
+        ("texture", Align::Left),
         ("clamp", Align::Right),
         ("ratio", Align::Right),
         ("angle (deg)", Align::Right),
@@ -282,6 +286,7 @@ fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
             .rem_euclid(180.0);
         let dash = || "-".to_string();
         table.row([
+            shape_name(f.shape).to_string(),
             f.clamp.to_string(),
             f.ratio.to_string(),
             f.degrees.to_string(),

@@ -80,7 +80,7 @@ struct Line {
 }
 
 impl<'a> Behind<'a> {
-    fn new(gpu: &Gpu, settings: &Settings) -> Result<(Maps, Policy, Settings), GpuError> {
+    fn prepared(gpu: &Gpu, settings: &Settings) -> Result<(Maps, Policy, Settings), GpuError> {
         // The table's axis is compared in the picture; here the axis is the exact one.
         let settings = Settings {
             reference_table: None,
@@ -92,7 +92,7 @@ impl<'a> Behind<'a> {
     }
 
     pub(super) fn cube(gpu: &Gpu, settings: &Settings, map: &'a CubeMap) -> Result<Self, GpuError> {
-        let (maps, policy, settings) = Self::new(gpu, settings)?;
+        let (maps, policy, settings) = Self::prepared(gpu, settings)?;
         Ok(Self {
             maps: maps.with_cube(gpu, map)?,
             policy: policy.with_cube(map),
@@ -108,7 +108,7 @@ impl<'a> Behind<'a> {
         settings: &Settings,
         map: &'a PlanarMap,
     ) -> Result<Self, GpuError> {
-        let (maps, policy, settings) = Self::new(gpu, settings)?;
+        let (maps, policy, settings) = Self::prepared(gpu, settings)?;
         let wrap = settings.tex.wrap;
         Ok(Self {
             maps: maps.with_planar(gpu, map)?,
@@ -293,7 +293,7 @@ impl<'a> Behind<'a> {
         checker: &mut Checker<'_>,
         lines: &[Line],
         kernel: Kernel,
-        probe: &dyn Fn(ProbeCase<'_>, &[u32], [usize; 2]) -> Vec<Expected>,
+        probe: Probe<'_>,
     ) -> Result<(), GpuError> {
         let planar = matches!(self.memory, Memory::Planar(_));
         let place = if planar { 2 } else { 3 };
@@ -362,6 +362,9 @@ impl<'a> Behind<'a> {
         }
     }
 }
+
+/// What the words of a probe must be, from those that the device has, on two levels.
+type Probe<'a> = &'a dyn Fn(ProbeCase<'_>, &[u32], [usize; 2]) -> Vec<Expected>;
 
 /// A probe of a case of `filter`.
 struct ProbeCase<'a> {

@@ -332,7 +332,8 @@ pub(super) fn expected(
                 out.push(expect(step));
                 next = before.d() + turn.step();
                 // Whether the sum rounds to what it was.
-                if f64::from(to_f32(next.value)) == before.d().value {
+                let sum = to_f32(next.value).to_bits();
+                if sum == to_f32(before.d().value).to_bits() {
                     status = HitStatus::Stalled;
                     done = true;
                 } else {
