@@ -28,3 +28,4 @@ pub mod stage;
 pub mod study;
 pub mod truth;
 pub mod unit;
+pub mod untrusted;

@@ -26,7 +26,7 @@ mod study_slurm;
 mod study_table;
 mod subject;
 mod tables;
-mod trace;
+pub(crate) mod trace;
 mod trace_cone;
 mod trace_hit;
 mod trace_pixel;
