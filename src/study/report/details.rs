@@ -218,6 +218,9 @@ fn attribution(
     Ok(out)
 }
 
+/// The texel of a level at a place; nothing beyond a face.
+type Texel<'a> = dyn Fn(usize, [i64; 2]) -> Option<[f32; 3]> + 'a;
+
 /// What both arithmetics put about one request, and the texture that it asks.
 struct Request<'a> {
     rtl: RtlProbe,
@@ -228,7 +231,7 @@ struct Request<'a> {
     scale: f64,
     /// Columns and rows of a level, and its texels.
     sizes: Vec<[usize; 2]>,
-    texel: Box<dyn Fn(usize, [i64; 2]) -> Option<[f32; 3]> + 'a>,
+    texel: Box<Texel<'a>>,
 }
 
 /// The footprint view of a pixel's first request; none where the pixel shows no fragment.
@@ -402,7 +405,7 @@ impl Request<'_> {
             (0..side)
                 .map(|x| {
                     #[expect(clippy::cast_possible_truncation, reason = "texel numbers of a face")]
-                    let at = [first[0] as i64 + x as i64, first[1] as i64 + y as i64];
+                    let at = [first[0] + x as f64, first[1] + y as f64].map(|c| c as i64);
                     (self.texel)(level, at).map_or("#777777".into(), hex)
                 })
                 .collect()
