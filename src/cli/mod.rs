@@ -9,6 +9,7 @@ mod compare_files;
 mod compare_tables;
 mod cones;
 mod conform;
+mod conform_extremes;
 mod diff;
 mod diff_results;
 mod impostor;
