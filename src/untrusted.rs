@@ -27,17 +27,20 @@ pub enum Reader {
     Obj,
     /// `--mesh FILE.glb`.
     Glb,
+    /// `vectors check`: hexadecimal, JSON lines or words for `$readmemh`, against `rtl` and exact arithmetic.
+    Vectors,
 }
 
 impl Reader {
     /// Every reader.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::TraceLines,
         Self::Unit,
         Self::Image,
         Self::Distance,
         Self::Obj,
         Self::Glb,
+        Self::Vectors,
     ];
 
     /// The folder of its corpus, and its name for the fuzzer.
@@ -50,6 +53,7 @@ impl Reader {
             Self::Distance => "distance",
             Self::Obj => "obj",
             Self::Glb => "glb",
+            Self::Vectors => "vectors",
         }
     }
 
@@ -87,6 +91,7 @@ impl Reader {
             }),
             Self::Obj => with_file(".obj", bytes, load_mesh),
             Self::Glb => with_file(".glb", bytes, load_mesh),
+            Self::Vectors => cli::vectors::answer(bytes),
         }
     }
 }

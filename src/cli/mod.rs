@@ -29,7 +29,7 @@ mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
-mod vectors;
+pub(crate) mod vectors;
 
 use std::process::ExitCode;
 
