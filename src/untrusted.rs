@@ -80,7 +80,7 @@ impl Reader {
                     Ok(&spec),
                     "a unit changes on its way through a file"
                 );
-                cli::check_unit(&spec)
+                crate::unit::check(&spec)
             }
             Self::Image => with_file("", bytes, |path| {
                 load_planar_levels(path, &options)?;

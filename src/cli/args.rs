@@ -6,10 +6,11 @@ use clap::Args;
 
 use crate::distance::Distance;
 use crate::error::InputError;
+use crate::gpu::Gpu;
 use crate::image::load::LoadOptions;
 use crate::image::load_distance;
 use crate::settings::Settings;
-use crate::unit::{ReferenceAxis, UnitSpec, file};
+use crate::unit::{ReferenceAxis, UnitSpec, check, file};
 
 /// Which unit.
 #[derive(Clone, Debug, Args)]
@@ -26,7 +27,7 @@ impl UnitArgs {
     /// The unit, checked: its configuration can be exact inside with every stage built.
     pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
         let (spec, origins) = file::load(self.unit.as_deref(), &self.sets)?;
-        origins.check(&spec, super::unit::check)?;
+        origins.check(&spec, check)?;
         Ok(spec)
     }
 }
@@ -83,6 +84,22 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// A scene as it is built in, at no size.
+    pub(super) fn plain() -> Self {
+        Self {
+            env: None,
+            texture: None,
+            bump: None,
+            bump_scale: None,
+            face_size: None,
+            size: (0, 0),
+            exposure: 0.0,
+            max_image_mb: 512,
+            mesh: None,
+            distance: None,
+        }
+    }
+
     /// Refuses `--texture` where nothing would read it.
     pub(super) fn refuse_texture(&self) -> Result<(), InputError> {
         match &self.texture {
@@ -159,47 +176,76 @@ pub(super) struct RunArgs {
     /// Axis of the float reference where the unit's comes from the table.
     #[arg(long, value_enum, default_value_t = ReferenceAxis::Exact)]
     pub(super) reference_axis: ReferenceAxis,
-    /// GPU adapter (no GPU engine in this version).
-    #[arg(long, value_name = "NAME")]
-    pub(super) adapter: Option<String>,
+    #[command(flatten)]
+    pub(super) adapter: AdapterArgs,
+}
+
+/// Which GPU.
+#[derive(Clone, Debug, Args)]
+pub(super) struct AdapterArgs {
+    /// GPU adapter: its index in `tapline gpu list` or a part of its name.
+    #[arg(long = "adapter", value_name = "NAME")]
+    name: Option<String>,
+}
+
+impl AdapterArgs {
+    /// Opens the adapter that was named, or the best one.
+    pub(super) fn open(&self) -> Result<Gpu, InputError> {
+        Ok(Gpu::open(self.name.as_deref())?)
+    }
+
+    /// Whether an adapter was named.
+    pub(super) const fn is_named(&self) -> bool {
+        self.name.is_some()
+    }
+
+    /// Refuses `--adapter` where nothing runs on a GPU.
+    pub(super) fn refuse(&self) -> Result<(), InputError> {
+        let Some(name) = &self.name else {
+            return Ok(());
+        };
+        Err(InputError::new(
+            "--adapter",
+            "no adapter: nothing that was asked for runs on a GPU",
+            format!("`{name}`"),
+            "leave it out",
+        ))
+    }
 }
 
 /// Most threads that `--threads` takes.
 const MAX_THREADS: usize = 1024;
 
+/// Sets the number of threads; 0 takes all cores.
+pub(super) fn threads(threads: usize) -> Result<(), InputError> {
+    if threads > MAX_THREADS {
+        return Err(InputError::new(
+            "--threads",
+            format!("0 to {MAX_THREADS} threads"),
+            threads.to_string(),
+            "0 takes all cores",
+        ));
+    }
+    if threads > 0 {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|e| {
+                InputError::new(
+                    "--threads",
+                    "a number of threads that can be started",
+                    e.to_string(),
+                    "ask for fewer",
+                )
+            })?;
+    }
+    Ok(())
+}
+
 impl RunArgs {
-    /// Sets the number of threads; refuses an adapter, as there is no GPU engine.
+    /// Sets the number of threads.
     pub(super) fn prepare(&self) -> Result<(), InputError> {
-        if let Some(adapter) = &self.adapter {
-            return Err(InputError::new(
-                "--adapter",
-                "no adapter: this version has no gpu engine",
-                format!("`{adapter}`"),
-                "leave it out",
-            ));
-        }
-        if self.threads > MAX_THREADS {
-            return Err(InputError::new(
-                "--threads",
-                format!("0 to {MAX_THREADS} threads"),
-                self.threads.to_string(),
-                "0 takes all cores",
-            ));
-        }
-        if self.threads > 0 {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(self.threads)
-                .build_global()
-                .map_err(|e| {
-                    InputError::new(
-                        "--threads",
-                        "a number of threads that can be started",
-                        e.to_string(),
-                        "ask for fewer",
-                    )
-                })?;
-        }
-        Ok(())
+        threads(self.threads)
     }
 
     /// The float engines' policies.

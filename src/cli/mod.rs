@@ -10,8 +10,11 @@ mod compare_tables;
 mod cones;
 mod conform;
 mod conform_extremes;
+mod cost;
 mod diff;
 mod diff_results;
+mod fingerprint;
+mod gpu;
 mod impostor;
 mod impostor_study;
 mod interrupt;
@@ -21,6 +24,11 @@ mod output;
 mod progress;
 mod render;
 mod scenes;
+mod size;
+mod study;
+mod study_report;
+mod study_slurm;
+mod study_table;
 mod subject;
 mod tables;
 pub(crate) mod trace;
@@ -36,8 +44,6 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::InputError;
-
-pub(crate) use unit::check as check_unit;
 
 /// A word on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
 /// a closed stderr is no reason to stop.
@@ -117,10 +123,12 @@ enum Command {
     Diff(diff::Args),
     /// Test vectors for a stage or the unit: write them, or judge a device's.
     Vectors(vectors::Args),
-    /// Sweeps (not built yet).
-    Study(Later),
-    /// The smallest unit that a scene needs (not built yet).
-    Size(Later),
+    /// Sweep knobs over scenes; put parts together, print tables.
+    Study(study::Args),
+    /// What a unit costs in gates, and the cost model's knobs.
+    Cost(cost::Args),
+    /// The smallest unit that a scene needs for a bound on its error.
+    Size(size::Args),
     /// Write a scene's distance impostor, or study what it is good for.
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
@@ -129,27 +137,10 @@ enum Command {
     Conform(conform::Args),
     /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
     Budget(budget::Args),
-    /// What a GPU's sampler does (not built yet).
-    Fingerprint(Later),
-    /// GPU adapters (not built yet).
-    Gpu(Later),
-}
-
-/// Any words after a command that is not there yet.
-#[derive(Debug, clap::Args)]
-struct Later {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    rest: Vec<String>,
-}
-
-fn later(name: &str, _: &Later) -> Result<(), Failure> {
-    Err(InputError::new(
-        name,
-        "a command of this version",
-        "one that is not built yet",
-        "`tapline --help` lists those that are",
-    )
-    .into())
+    /// What a GPU's sampler does: weights, levels of detail, anisotropic taps, cube seams.
+    Fingerprint(fingerprint::Args),
+    /// The GPU adapters that are there.
+    Gpu(gpu::Args),
 }
 
 /// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
@@ -167,14 +158,15 @@ pub fn run() -> ExitCode {
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Vectors(args) => vectors::run(args),
-        Command::Study(rest) => later("study", rest),
-        Command::Size(rest) => later("size", rest),
+        Command::Study(args) => study::run(args),
+        Command::Cost(args) => cost::run(args),
+        Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
         Command::Conform(args) => conform::run(args),
         Command::Budget(args) => budget::run(args),
-        Command::Fingerprint(rest) => later("fingerprint", rest),
-        Command::Gpu(rest) => later("gpu", rest),
+        Command::Fingerprint(args) => fingerprint::run(args),
+        Command::Gpu(args) => gpu::run(args),
     };
     match result {
         Ok(()) | Err(Failure::Closed) => ExitCode::SUCCESS,

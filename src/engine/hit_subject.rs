@@ -6,14 +6,17 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::gpu::hit::GpuHit;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
+use super::reuse::lines::Line;
 use super::{Progress, Rendering, Searches, to_u64};
 use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::fragment::HitFragment;
+use crate::gpu::GpuError;
 use crate::impostor::{Impostor, WallCube};
 use crate::picture::Picture;
 use crate::policy::{HitPolicy, HitStatus, Method};
@@ -187,7 +190,9 @@ impl HitSubject {
         picture
     }
 
-    fn rendering(&self, start: Instant, results: Vec<HitResult>) -> Rendering {
+    /// A rendering of each ray's result, begun at `start`.
+    #[must_use]
+    pub fn rendering(&self, start: Instant, results: &[HitResult]) -> Rendering {
         let seconds = start.elapsed().as_secs_f64();
         let mut flags = BTreeMap::new();
         for name in results.iter().flat_map(|r| &r.flags) {
@@ -201,8 +206,9 @@ impl HitSubject {
             texels: results.iter().map(|r| r.texels).sum(),
             flags,
             standard_error: None,
-            searches: Some(Searches::of(&results)),
+            searches: Some(Searches::of(results)),
             texture_use: None,
+            beyond_f32: None,
         }
     }
 
@@ -211,7 +217,7 @@ impl HitSubject {
     pub fn rtl(&self, engine: &HitRtl, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, engine.filter(&fragments, progress))
+        self.rendering(start, &engine.filter(&fragments, progress))
     }
 
     /// The float reference over this subject's maps.
@@ -225,7 +231,32 @@ impl HitSubject {
     pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, self.reference(settings).filter(&fragments, progress))
+        let results = self.reference(settings).filter(&fragments, progress);
+        self.rendering(start, &results)
+    }
+
+    /// By the float reference, with the probe line of every ray.
+    #[must_use]
+    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<Line>) {
+        let start = Instant::now();
+        let (results, lines) = self.reference(settings).lines(&self.fragments());
+        (self.rendering(start, &results), lines)
+    }
+
+    /// By the kernels of a device.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn gpu(&self, engine: &GpuHit<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let fragments = self.fragments();
+        let pixels: Vec<[u32; 2]> = self.scene.rays.iter().map(|ray| ray.pixel).collect();
+        let start = Instant::now();
+        let (results, reports) = engine.reported(&fragments, &pixels, progress)?;
+        let mut out = self.rendering(start, &results);
+        out.flags = reports.flags;
+        out.beyond_f32 = reports.beyond_f32;
+        Ok(out)
     }
 
     /// The environment in the direction of R alone, as if every ray started at the reference point.
@@ -276,6 +307,7 @@ impl HitSubject {
             standard_error: None,
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 

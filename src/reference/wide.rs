@@ -160,6 +160,12 @@ impl PartialOrd for Wide {
 }
 
 impl Real for Wide {
+    type Narrow = f64;
+
+    fn narrow(self) -> f64 {
+        self.to_f64()
+    }
+
     fn from_f64(value: f64) -> Self {
         // Subnormals first become normal.
         if value.abs() < f64::MIN_POSITIVE {
