@@ -33,11 +33,13 @@ pub enum Reader {
     Study,
     /// `--cost`: TOML, read, written and read again.
     Cost,
+    /// `vectors check`: hexadecimal, JSON lines or words for `$readmemh`, against `rtl` and exact arithmetic.
+    Vectors,
 }
 
 impl Reader {
     /// Every reader.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::TraceLines,
         Self::Unit,
         Self::Image,
@@ -46,6 +48,7 @@ impl Reader {
         Self::Glb,
         Self::Study,
         Self::Cost,
+        Self::Vectors,
     ];
 
     /// The folder of its corpus, and its name for the fuzzer.
@@ -60,6 +63,7 @@ impl Reader {
             Self::Glb => "glb",
             Self::Study => "study",
             Self::Cost => "cost",
+            Self::Vectors => "vectors",
         }
     }
 
@@ -107,6 +111,7 @@ impl Reader {
                 assert_eq!(again, Ok(model), "knobs change on their way through a file");
                 Ok(())
             }
+            Self::Vectors => cli::vectors::answer(bytes),
         }
     }
 }

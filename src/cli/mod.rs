@@ -9,6 +9,7 @@ mod compare_files;
 mod compare_tables;
 mod cones;
 mod conform;
+mod conform_extremes;
 mod cost;
 mod diff;
 mod diff_results;
@@ -36,7 +37,7 @@ mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
-mod vectors;
+pub(crate) mod vectors;
 
 use std::process::ExitCode;
 

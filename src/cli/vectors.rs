@@ -163,18 +163,88 @@ const MAX_LINE: u64 = 1 << 20;
 
 fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     let (model, subject, build, spec) = what.load()?;
-    let format = what.format;
-    let header = Header {
+    let header = header_of(&spec, subject, build);
+    let mut checker = Checker::new(model, subject, build, against == Against::F64);
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let mut reader = std::io::stdin().lock();
+    let judged = judge(
+        &mut checker,
+        &header,
+        what.format,
+        &mut reader,
+        &mut out,
+        show,
+    );
+    out.flush()?;
+    drop(out);
+    let (cases, wrong) = judged?;
+    for warning in checker.warnings() {
+        super::note(&warning);
+    }
+    let judged = checker.summary();
+    let hash = &header.unit;
+    super::note(&format!(
+        "{cases} cases, {wrong} wrong; unit {hash}{judged}"
+    ));
+    if wrong > 0 {
+        return Err(Failure::Disagrees(format!(
+            "{wrong} of {cases} cases of {} differ",
+            subject.name()
+        )));
+    }
+    Ok(())
+}
+
+/// What a file for a subject in a unit must say.
+fn header_of(spec: &UnitSpec, subject: Subject, build: Build) -> Header {
+    Header {
         subject,
         unit: spec.hash(),
         build,
         level: 0,
         seed: 0,
         count: 0,
+    }
+}
+
+/// Bytes as `check eigen` would read them, in the format that their first one looks like.
+pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
+    let format = match bytes.first() {
+        Some(b'{') => Format::Jsonl,
+        Some(b'/') => Format::Readmemh,
+        _ => Format::Hex,
     };
-    let mut checker = Checker::new(model, subject, build, against == Against::F64);
-    let mut reader = std::io::stdin().lock();
-    let mut out = BufWriter::new(std::io::stdout().lock());
+    let (spec, build) = (UnitSpec::default(), Build::default());
+    let subject = Subject::parse("eigen")?;
+    for exact in [false, true] {
+        let model = bench::model(&spec, subject, build)?;
+        let mut checker = Checker::new(model, subject, build, exact);
+        let header = header_of(&spec, subject, build);
+        let mut reader = bytes;
+        match judge(
+            &mut checker,
+            &header,
+            format,
+            &mut reader,
+            &mut std::io::sink(),
+            10,
+        ) {
+            Ok(_) | Err(Failure::Closed | Failure::Disagrees(_)) => {}
+            Err(Failure::Input(error)) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+/// Judges every line of a stream; cases, and how many are wrong.
+fn judge(
+    checker: &mut Checker,
+    header: &Header,
+    format: Format,
+    reader: &mut dyn std::io::BufRead,
+    out: &mut dyn std::io::Write,
+    show: u64,
+) -> Result<(u64, u64), Failure> {
     let mut bytes = Vec::new();
     let (mut number, mut cases, mut wrong) = (0u64, 0u64, 0u64);
     let bad = |number: u64, column: usize, expected: String, found: String| {
@@ -189,7 +259,7 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     loop {
         bytes.clear();
         number += 1;
-        if (&mut reader)
+        if (&mut *reader)
             .take(MAX_LINE + 1)
             .read_until(b'\n', &mut bytes)?
             == 0
@@ -198,7 +268,6 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
         }
         let long = u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE;
         if long {
-            out.flush()?;
             return Err(bad(
                 number,
                 1,
@@ -208,13 +277,11 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
             .into());
         }
         let Ok(line) = std::str::from_utf8(&bytes) else {
-            out.flush()?;
             return Err(bad(number, 1, "ASCII".into(), "other bytes".into()).into());
         };
         let line = line.trim_end_matches(['\n', '\r', ' ']);
         if text::is_comment(line, format) {
             if let Some((key, want, found)) = header.contradiction(line, format) {
-                out.flush()?;
                 return Err(bad(number, 1, format!("{key} {want}"), found).into());
             }
             continue;
@@ -229,13 +296,10 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
                 }
             }
             Err(e) => {
-                out.flush()?;
                 return Err(bad(number, e.column, e.expected, e.found).into());
             }
         }
     }
-    out.flush()?;
-    drop(out);
     if cases == 0 {
         return Err(InputError::new(
             "standard input",
@@ -245,19 +309,5 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
         )
         .into());
     }
-    for warning in checker.warnings() {
-        super::note(&warning);
-    }
-    let judged = checker.summary();
-    super::note(&format!(
-        "{cases} cases, {wrong} wrong; unit {}{judged}",
-        spec.hash()
-    ));
-    if wrong > 0 {
-        return Err(Failure::Disagrees(format!(
-            "{wrong} of {cases} cases of {} differ",
-            subject.name()
-        )));
-    }
-    Ok(())
+    Ok((cases, wrong))
 }

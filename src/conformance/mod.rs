@@ -21,6 +21,7 @@ pub mod patterns;
 pub mod random;
 pub mod ray_cone;
 pub mod run;
+pub mod study;
 pub mod subject;
 pub mod suite;
 pub mod tex;

@@ -100,3 +100,29 @@ fn conform_passes_a_slice_of_every_suite() {
     assert_eq!(tapline(&["conform", "--suite", "nothing"]).status, Some(2));
     assert_eq!(tapline(&["conform", "--range", "5", "5"]).status, Some(2));
 }
+
+#[test]
+fn budgets_and_attributions_are_printed_with_their_parts() {
+    let json = tapline(&["budget", "--cases", "5", "--quick", "--json", "-"])
+        .done()
+        .json();
+    let rows = json["registers"].as_array().unwrap();
+    assert!(rows.len() > 80);
+    assert!(rows.iter().all(|r| r["exceeded"] == 0));
+    let args = [
+        "budget",
+        "--attribution",
+        "sphere",
+        "--size",
+        "24x24",
+        "--face-size",
+        "32",
+        "--json",
+        "-",
+    ];
+    let json = tapline(&args).done().json();
+    let parts = json["parts"].as_array().unwrap();
+    let sum: f64 = parts.iter().map(|p| p["share"].as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-9 && parts.len() > 12, "{json}");
+    assert!(json["rmse"].as_f64().unwrap() > 0.0);
+}

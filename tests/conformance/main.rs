@@ -4,6 +4,7 @@
     reason = "a test stops at the first thing that is not as it should be"
 )]
 
+mod budget;
 #[path = "../cli_support/mod.rs"]
 mod cli_support;
 mod command;

@@ -93,8 +93,9 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
     } else if cosine > least {
         (cosine, zero())
     } else {
-        // The limit itself is rounded to the cosine's fraction.
-        (least, lsb)
+        // The limit itself is rounded to the cosine's fraction, where that has not all of its bits.
+        let exact = s.config.tex.max_anisotropy.is_power_of_two() && least >= lsb;
+        (least, if exact { zero() } else { lsb })
     };
     let (inv, slack) = s.recip(divisor);
     s.block(Reg::SurfInvCosine, 0, &[inv], slack + inv * inv * rounded);
