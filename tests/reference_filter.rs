@@ -6,7 +6,7 @@
 
 mod reference_support;
 
-use reference_support::{PLAIN, Random, Strict, apply, map, noise, plain};
+use reference_support::{PLAIN, Random, Strict, apply, map, noise, plain, symmetries};
 use tapline::cube::{direction, face_uv};
 use tapline::fragment::Fragment;
 use tapline::policy::{Axis, Count, Weights};
@@ -109,28 +109,6 @@ fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
         }
     }
     assert!(several > 500, "{several}");
-}
-
-/// The 48 signed permutations of the axes.
-fn symmetries() -> Vec<[[f64; 3]; 3]> {
-    let mut all = vec![];
-    for order in [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ] {
-        for signs in 0..8u32 {
-            let mut matrix = [[0.0; 3]; 3];
-            for (row, axis) in order.into_iter().enumerate() {
-                matrix[row][axis] = if signs >> row & 1 == 1 { -1.0 } else { 1.0 };
-            }
-            all.push(matrix);
-        }
-    }
-    all
 }
 
 #[test]

@@ -11,7 +11,7 @@ use rtl_model::fx::flags::FlagCounts;
 use rtl_model::regs::Reg;
 use rtl_model::unit::{Ports, Results, State, Words};
 use rtl_model::{NoTap, Tap, Texture, Unit};
-use tapline::engine::dispatch::{Blocks, LANES, Level, run};
+use tapline::engine::dispatch::{Blocks, LANES, Level, Source, run};
 use tapline::engine::encode::words;
 use tapline::engine::probe::{RtlProbe, rtl};
 use tapline::fragment::Fragment;
@@ -126,7 +126,7 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
                 let mut out = Results::<LANES>::default();
                 let blocks = Blocks {
                     unit: &engine.unit,
-                    words,
+                    source: Source::Words(words),
                     texture: Some(&engine.texture),
                     each: |block: &Results<LANES>, _| out = block.clone(),
                 };

@@ -10,7 +10,7 @@ use crate::gpu::Gpu;
 use crate::image::load::LoadOptions;
 use crate::image::load_distance;
 use crate::settings::Settings;
-use crate::unit::{ReferenceAxis, UnitSpec, file};
+use crate::unit::{ReferenceAxis, UnitSpec, check, file};
 
 /// Which unit.
 #[derive(Clone, Debug, Args)]
@@ -27,7 +27,7 @@ impl UnitArgs {
     /// The unit, checked: its configuration can be exact inside with every stage built.
     pub(super) fn load(&self) -> Result<UnitSpec, InputError> {
         let (spec, origins) = file::load(self.unit.as_deref(), &self.sets)?;
-        origins.check(&spec, super::unit::check)?;
+        origins.check(&spec, check)?;
         Ok(spec)
     }
 }
@@ -84,6 +84,22 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// A scene as it is built in, at no size.
+    pub(super) fn plain() -> Self {
+        Self {
+            env: None,
+            texture: None,
+            bump: None,
+            bump_scale: None,
+            face_size: None,
+            size: (0, 0),
+            exposure: 0.0,
+            max_image_mb: 512,
+            mesh: None,
+            distance: None,
+        }
+    }
+
     /// Refuses `--texture` where nothing would read it.
     pub(super) fn refuse_texture(&self) -> Result<(), InputError> {
         match &self.texture {
@@ -200,31 +216,36 @@ impl AdapterArgs {
 /// Most threads that `--threads` takes.
 const MAX_THREADS: usize = 1024;
 
+/// Sets the number of threads; 0 takes all cores.
+pub(super) fn threads(threads: usize) -> Result<(), InputError> {
+    if threads > MAX_THREADS {
+        return Err(InputError::new(
+            "--threads",
+            format!("0 to {MAX_THREADS} threads"),
+            threads.to_string(),
+            "0 takes all cores",
+        ));
+    }
+    if threads > 0 {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|e| {
+                InputError::new(
+                    "--threads",
+                    "a number of threads that can be started",
+                    e.to_string(),
+                    "ask for fewer",
+                )
+            })?;
+    }
+    Ok(())
+}
+
 impl RunArgs {
     /// Sets the number of threads.
     pub(super) fn prepare(&self) -> Result<(), InputError> {
-        if self.threads > MAX_THREADS {
-            return Err(InputError::new(
-                "--threads",
-                format!("0 to {MAX_THREADS} threads"),
-                self.threads.to_string(),
-                "0 takes all cores",
-            ));
-        }
-        if self.threads > 0 {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(self.threads)
-                .build_global()
-                .map_err(|e| {
-                    InputError::new(
-                        "--threads",
-                        "a number of threads that can be started",
-                        e.to_string(),
-                        "ask for fewer",
-                    )
-                })?;
-        }
-        Ok(())
+        threads(self.threads)
     }
 
     /// The float engines' policies.

@@ -6,7 +6,7 @@ use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
-use super::job::{Caustics, Job};
+use super::job::{Caustics, Job, refuse_sampler};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
@@ -97,6 +97,7 @@ impl Results {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
+    refuse_sampler(&args.scene, &args.engines)?;
     let Chosen {
         rungs,
         skipped,

@@ -40,6 +40,19 @@ pub(super) enum Job {
     Tex(Box<TexSubject>),
 }
 
+/// Refuses the engine that has no TEX operation for scenes of it.
+pub(super) fn refuse_sampler(scene: &str, rungs: &[Rung]) -> Result<(), InputError> {
+    if rungs.contains(&Rung::Sampler) && tex::is_tex_scene(scene) {
+        return Err(InputError::new(
+            "sampler",
+            "a scene of the operations that it has, ENV and HIT",
+            format!("`{scene}`, a scene of TEX"),
+            "leave sampler out, or choose another scene",
+        ));
+    }
+    Ok(())
+}
+
 /// The integer model, compiled for a job.
 pub(super) enum Rtl {
     Env(Box<RtlEngine>),
@@ -251,8 +264,8 @@ impl Job {
             Self::Hit(s) => SamplerEngine::new(gpu, &s.map)?.hit(settings, s, progress),
             Self::Tex(_) => Err(GpuError::Unsupported {
                 adapter: gpu.adapter().title(),
-                doing: "a scene of the TEX operation by the engine sampler".into(),
-                lacks: "an engine for it: sampler has ENV and HIT scenes".into(),
+                doing: "the engine sampler on 2-D textures".into(),
+                lacks: "an engine for them".into(),
             }),
         }
     }

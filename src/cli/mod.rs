@@ -2,11 +2,15 @@
 
 mod args;
 mod bounds;
+mod budget;
 mod bump_file;
 mod compare;
 mod compare_files;
 mod compare_tables;
 mod cones;
+mod conform;
+mod conform_extremes;
+mod cost;
 mod diff;
 mod diff_results;
 mod fingerprint;
@@ -20,14 +24,20 @@ mod output;
 mod progress;
 mod render;
 mod scenes;
+mod size;
+mod study;
+mod study_report;
+mod study_slurm;
+mod study_table;
 mod subject;
 mod tables;
-mod trace;
+pub(crate) mod trace;
 mod trace_cone;
 mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
+pub(crate) mod vectors;
 
 use std::process::ExitCode;
 
@@ -111,41 +121,26 @@ enum Command {
     Tables(tables::Args),
     /// Compare two pictures, or two result files of `compare`.
     Diff(diff::Args),
-    /// Test vectors (not built yet).
-    Vectors(Later),
-    /// Sweeps (not built yet).
-    Study(Later),
-    /// The smallest unit that a scene needs (not built yet).
-    Size(Later),
+    /// Test vectors for a stage or the unit: write them, or judge a device's.
+    Vectors(vectors::Args),
+    /// Sweep knobs over scenes; put parts together, print tables.
+    Study(study::Args),
+    /// What a unit costs in gates, and the cost model's knobs.
+    Cost(cost::Args),
+    /// The smallest unit that a scene needs for a bound on its error.
+    Size(size::Args),
     /// Write a scene's distance impostor, or study what it is good for.
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
     Cones(cones::Args),
-    /// Conformance suites (not built yet).
-    Conform(Later),
-    /// Error budgets (not built yet).
-    Budget(Later),
+    /// Run named suites of seeded cases on every engine.
+    Conform(conform::Args),
+    /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
+    Budget(budget::Args),
     /// What a GPU's sampler does: weights, levels of detail, anisotropic taps, cube seams.
     Fingerprint(fingerprint::Args),
     /// The GPU adapters that are there.
     Gpu(gpu::Args),
-}
-
-/// Any words after a command that is not there yet.
-#[derive(Debug, clap::Args)]
-struct Later {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    rest: Vec<String>,
-}
-
-fn later(name: &str, _: &Later) -> Result<(), Failure> {
-    Err(InputError::new(
-        name,
-        "a command of this version",
-        "one that is not built yet",
-        "`tapline --help` lists those that are",
-    )
-    .into())
 }
 
 /// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
@@ -162,13 +157,14 @@ pub fn run() -> ExitCode {
         Command::Unit(args) => unit::run(args),
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
-        Command::Vectors(rest) => later("vectors", rest),
-        Command::Study(rest) => later("study", rest),
-        Command::Size(rest) => later("size", rest),
+        Command::Vectors(args) => vectors::run(args),
+        Command::Study(args) => study::run(args),
+        Command::Cost(args) => cost::run(args),
+        Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
-        Command::Conform(rest) => later("conform", rest),
-        Command::Budget(rest) => later("budget", rest),
+        Command::Conform(args) => conform::run(args),
+        Command::Budget(args) => budget::run(args),
         Command::Fingerprint(args) => fingerprint::run(args),
         Command::Gpu(args) => gpu::run(args),
     };

@@ -13,13 +13,14 @@ use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::job::Job;
 use super::json_lines::Op;
 use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel, trace_tex};
-use crate::cube::{CubeMap, FACE_NAMES};
+use crate::cube::{CubeLevel, CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::encode;
 use crate::engine::probe::{Code, RtlProbe, rtl};
 use crate::engine::tex::TexRtl;
 use crate::error::InputError;
 use crate::fragment::Fragment;
+use crate::image::build_mips;
 use crate::planar::PlanarMap;
 use crate::reference::{self, Env, NoTap, Prepared};
 use crate::scene::hit::is_hit_scene;
@@ -93,27 +94,43 @@ pub(super) struct Tracer {
     pub(super) probe: RtlProbe,
 }
 
+/// How a tracer answers.
+pub(super) struct Mode {
+    engine: TraceEngine,
+    raw: bool,
+    settings: Settings,
+}
+
+impl Args {
+    pub(super) fn mode(&self, spec: &UnitSpec) -> Mode {
+        Mode {
+            engine: self.engine,
+            raw: self.raw,
+            settings: self.run.settings(spec),
+        }
+    }
+}
+
 impl Tracer {
     pub(super) fn new(
-        args: &Args,
+        mode: Mode,
         spec: UnitSpec,
         map: Option<CubeMap>,
         face_size: usize,
     ) -> Result<Self, InputError> {
-        let settings = args.run.settings(&spec);
         let texture = match &map {
             Some(map) => Some(encode::texture(&spec.config, map).map_err(refused)?),
             None => None,
         };
         Ok(Self {
-            prepared: Prepared::new(&settings),
-            settings,
+            prepared: Prepared::new(&mode.settings),
+            settings: mode.settings,
             distance: None,
             hit: None,
             tex: None,
             texture_size: [map.as_ref().map_or(face_size, CubeMap::size); 2],
-            engine: args.engine,
-            raw: args.raw,
+            engine: mode.engine,
+            raw: mode.raw,
             face_size: map.as_ref().map_or(face_size, CubeMap::size),
             texture,
             map,
@@ -326,13 +343,22 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         env!("CARGO_PKG_VERSION"),
         spec.hash()
     ));
-    let mut tracer = Tracer::new(args, spec, map, face_size)?;
+    let mut tracer = Tracer::new(args.mode(&spec), spec, map, face_size)?;
     tracer.distance = distance;
     if let Some(size) = texture_size {
         tracer.texture_size = size;
     }
-    let mut reader = BufReader::new(reader);
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let out = std::io::BufWriter::new(std::io::stdout().lock());
+    stream(&mut tracer, &subject, BufReader::new(reader), out)
+}
+
+/// Answers each line of `reader` on `out`, in order, up to the first that is wrong.
+fn stream<R: Read>(
+    tracer: &mut Tracer,
+    subject: &str,
+    mut reader: BufReader<R>,
+    mut out: impl Write,
+) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     let mut number = 0;
     let mut blank = None;
@@ -346,7 +372,7 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
             Ok(n) => n,
             Err(e) => {
                 break Err(InputError::new(
-                    &subject,
+                    subject,
                     "a readable stream",
                     e.to_string(),
                     "check the file",
@@ -358,12 +384,12 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         if read == 0 {
             break Ok(());
         }
-        match one(&mut tracer, &subject, number, &bytes) {
+        match one(tracer, subject, number, &bytes) {
             // Empty lines may end a file; between two objects one would shift what follows.
             Ok(Some(_)) | Err(_) if blank.is_some() => {
                 let place = format!("line {}", blank.unwrap_or(number));
                 break Err(InputError::new(
-                    &subject,
+                    subject,
                     "one JSON object",
                     "an empty line before others",
                     "remove it",
@@ -387,6 +413,38 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
     let flushed = out.flush();
     result?;
     flushed?;
+    Ok(())
+}
+
+/// Answers trace lines in memory with the default unit, by both engines, over faces of 8×8 texels of one colour
+/// and the distances of a box.
+///
+/// # Errors
+/// What is wrong in the first line that cannot be answered.
+pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
+    for engine in [TraceEngine::Rtl, TraceEngine::F64] {
+        let spec = UnitSpec::default();
+        let mode = Mode {
+            engine,
+            raw: false,
+            settings: spec.settings(crate::unit::ReferenceAxis::Exact),
+        };
+        let map = build_mips(CubeLevel {
+            size: 8,
+            texels: vec![[0.5, 0.25, 1.0]; 6 * 8 * 8],
+        });
+        let mut tracer = Tracer::new(mode, spec, Some(map), 8)?;
+        tracer.distance = Distance::analytic("box:3,2,4").transpose()?;
+        match stream(
+            &mut tracer,
+            "trace lines",
+            BufReader::new(bytes),
+            std::io::sink(),
+        ) {
+            Ok(()) | Err(Failure::Closed | Failure::Disagrees(_)) => {}
+            Err(Failure::Input(error)) => return Err(error),
+        }
+    }
     Ok(())
 }
 

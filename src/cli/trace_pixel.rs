@@ -256,7 +256,7 @@ pub(super) fn run(
     let mut out = std::io::stdout().lock();
     if args.lines || !out.is_terminal() {
         let hash = spec.hash();
-        let mut tracer = Tracer::new(args, spec, Some(traced.map), 1)?;
+        let mut tracer = Tracer::new(args.mode(&spec), spec, Some(traced.map), 1)?;
         tracer.distance = traced.distance;
         if let Some(size) = traced.texture_size {
             tracer.texture_size = size;

@@ -4,11 +4,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use rtl_model::Config;
 use rtl_model::regs::{Event, Kind, Reg};
 use rtl_model::stages::Roms;
-use rtl_model::texture::check_texel;
-use rtl_model::unit::{HitUnit, Needs, TexUnit};
-use rtl_model::{Config, Unit};
 use serde_json::json;
 
 use super::Failure;
@@ -18,7 +16,7 @@ use crate::error::InputError;
 use crate::report::table::{Align, Table, significant};
 use crate::unit::bounds::{self, Bound};
 use crate::unit::file::{self, Origins};
-use crate::unit::{UnitSpec, refused};
+use crate::unit::{UnitSpec, check, refused};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -51,26 +49,6 @@ enum Action {
         #[command(flatten)]
         unit: UnitArgs,
     },
-}
-
-/// Face sizes that a unit must be able to serve.
-const FACES: [u32; 2] = [1, 16384];
-
-/// Whether the unit can be exact inside with every stage built.
-pub(super) fn check(spec: &UnitSpec) -> Result<(), InputError> {
-    for size in FACES {
-        for all in [true, false] {
-            let needs = Needs {
-                bump: all,
-                rough: all,
-            };
-            Unit::new(&spec.config, needs, size).map_err(refused)?;
-        }
-        HitUnit::new(&spec.config, size).map_err(refused)?;
-        TexUnit::new(&spec.config, [size, 1]).map_err(refused)?;
-    }
-    check_texel(&spec.config).map_err(refused)?;
-    Ok(())
 }
 
 fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<(UnitSpec, Origins), InputError> {

@@ -184,10 +184,9 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
                         let tiles = part.tiles[kind]
                             .entry(key)
                             .or_insert_with(|| Tiles::new(map, settings.tex.wrap));
-                        unit.unit
-                            .footprints(&state, 0, texture, &mut |level, corner| {
-                                tiles.touch(level, corner);
-                            });
+                        unit.unit.footprints(&state, 0, texture, &mut |at| {
+                            tiles.touch(at.level, at.texel);
+                        });
                     }
                 },
             );

@@ -72,12 +72,21 @@ fn run_avx2<T: Task>(task: T) -> T::Output {
     task.run()
 }
 
-/// Blocks of fragments through the whole unit; `each` sees the results of every block.
+/// Where blocks of fragments come from.
+#[derive(Debug)]
+pub enum Source<'a> {
+    /// Fragments, through the whole unit.
+    Words(&'a [Words]),
+    /// Groups that stay from unit to unit, from this step on.
+    Kept(&'a mut [Box<Group>], usize),
+}
+
+/// Blocks of fragments through the unit; `each` sees the results of every block.
 pub struct Blocks<'a, F> {
     /// The unit.
     pub unit: &'a Unit,
     /// Fragments of all blocks.
-    pub words: &'a [Words],
+    pub source: Source<'a>,
     /// Texel memory.
     pub texture: Option<&'a Texture>,
     /// Takes the results of a block and how many lanes are in use.
@@ -88,25 +97,58 @@ pub struct Blocks<'a, F> {
 pub const GROUP: usize = 4;
 
 /// What a group of blocks passes through.
-struct Group {
+#[derive(Debug)]
+pub struct Group {
     ports: [Ports<LANES>; GROUP],
     states: [State<LANES>; GROUP],
     out: Results<LANES>,
 }
 
-impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
-    /// Runs a group.
-    #[inline(always)]
-    fn group<T: Tap>(&mut self, words: &[Words], group: &mut Group, tap: &mut T) {
-        let used = words.len().div_ceil(LANES).min(GROUP);
-        for (words, ports) in words.chunks(LANES).zip(&mut group.ports) {
+impl Group {
+    fn passing() -> Box<Self> {
+        Box::new(Self {
+            ports: Default::default(),
+            states: Default::default(),
+            out: Results::default(),
+        })
+    }
+
+    /// A group of up to `GROUP · LANES` fragments whose results stay; nothing has run yet.
+    #[must_use]
+    pub fn kept(unit: &Unit, words: &[Words]) -> Box<Self> {
+        let mut group = Box::new(Self {
+            ports: Default::default(),
+            states: std::array::from_fn(|_| State::kept()),
+            out: Results::default(),
+        });
+        group.load(unit, words);
+        group
+    }
+
+    /// What the steps have left of each block, and how many of its lanes are in use.
+    pub fn blocks(&self) -> impl Iterator<Item = (&State<LANES>, usize)> {
+        let lanes = self.ports.iter().map(|p| p.len).filter(|n| *n > 0);
+        self.states.iter().zip(lanes)
+    }
+
+    fn load(&mut self, unit: &Unit, words: &[Words]) {
+        let mut chunks = words.chunks(LANES);
+        for ports in &mut self.ports {
             ports.len = 0;
-            for words in words {
-                self.unit.load(ports, words);
+            for words in chunks.next().unwrap_or_default() {
+                unit.load(ports, words);
             }
         }
+    }
+}
+
+impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
+    /// Runs a group from a step on.
+    #[inline(always)]
+    fn group<T: Tap>(&mut self, first: usize, group: &mut Group, tap: &mut T) {
+        let used = group.ports.iter().filter(|p| p.len > 0).count();
         let (ports, states) = (&group.ports[..used], &mut group.states[..used]);
-        self.unit.fronts(ports, states, tap);
+        self.unit.fronts_from(first, ports, states, tap);
         for (ports, state) in ports.iter().zip(states) {
             self.unit
                 .finish(state, ports.len, self.texture, &mut group.out, tap);
@@ -118,8 +160,8 @@ impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
     /// wider instructions to keep builds short.
     #[cold]
     #[inline(never)]
-    fn group_of_any_formats(&mut self, words: &[Words], group: &mut Group) {
-        self.group(words, group, &mut NoTap);
+    fn group_of_any_formats(&mut self, first: usize, group: &mut Group) {
+        self.group(first, group, &mut NoTap);
     }
 }
 
@@ -128,16 +170,27 @@ impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
 
     #[inline(always)]
     fn run(mut self) {
-        let mut group = Box::new(Group {
-            ports: Default::default(),
-            states: Default::default(),
-            out: Results::default(),
-        });
-        for words in self.words.chunks(GROUP * LANES) {
+        let mut source = std::mem::replace(&mut self.source, Source::Words(&[]));
+        let mut passing = matches!(source, Source::Words(_)).then(Group::passing);
+        let mut number = 0;
+        loop {
+            let (group, first) = match (&mut source, &mut passing) {
+                (Source::Words(words), Some(group)) if !words.is_empty() => {
+                    let (now, later) = words.split_at(words.len().min(GROUP * LANES));
+                    group.load(self.unit, now);
+                    *words = later;
+                    (group, 0)
+                }
+                (Source::Kept(groups, first), _) if number < groups.len() => {
+                    number += 1;
+                    (&mut groups[number - 1], *first)
+                }
+                (Source::Words(_) | Source::Kept(..), _) => return,
+            };
             if self.unit.is_standard() {
-                self.group(words, &mut group, &mut NoTapStandard);
+                self.group(first, group, &mut NoTapStandard);
             } else {
-                self.group_of_any_formats(words, &mut group);
+                self.group_of_any_formats(first, group);
             }
         }
     }

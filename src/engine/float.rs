@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::reuse::lines::Line;
 use super::{Engine, Progress, Rendering, Rung, Subject, to_u64};
 use crate::reference::{Env, NoTap, Prepared, Texture, env, ewa_counted};
 use crate::settings::Settings;
@@ -40,6 +41,7 @@ pub struct TruthEngine {
 #[derive(Default)]
 struct Part {
     colors: Vec<[f64; 3]>,
+    envs: Vec<Env>,
     probes: u64,
     texels: u64,
     flags: BTreeMap<String, u64>,
@@ -48,8 +50,9 @@ struct Part {
 fn per_fragment(
     subject: &Subject,
     progress: Progress<'_>,
+    keep: bool,
     each: impl Fn(&crate::fragment::Fragment) -> (Env, [f64; 3], u64, u64) + Sync,
-) -> Rendering {
+) -> (Rendering, Vec<Env>) {
     let start = Instant::now();
     let parts: Vec<Part> = subject
         .scene
@@ -60,6 +63,9 @@ fn per_fragment(
             for fragment in chunk {
                 let (env, color, probes, texels) = each(&fragment.fragment);
                 part.colors.push(color);
+                if keep {
+                    part.envs.push(env);
+                }
                 part.probes += probes;
                 part.texels += texels;
                 for name in env.flags.names() {
@@ -74,13 +80,14 @@ fn per_fragment(
     let mut whole = Part::default();
     for part in parts {
         whole.colors.extend(part.colors);
+        whole.envs.extend(part.envs);
         whole.probes += part.probes;
         whole.texels += part.texels;
         for (name, count) in part.flags {
             *whole.flags.entry(name).or_default() += count;
         }
     }
-    Rendering {
+    let rendering = Rendering {
         picture: subject.picture(&whole.colors),
         seconds,
         probes: whole.probes,
@@ -90,7 +97,8 @@ fn per_fragment(
         searches: None,
         texture_use: None,
         beyond_f32: None,
-    }
+    };
+    (rendering, whole.envs)
 }
 
 impl Engine for F64Engine {
@@ -99,21 +107,34 @@ impl Engine for F64Engine {
     }
 
     fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
-        let prepared = Prepared::new(&self.settings);
-        let texture = Texture::new(&subject.map);
-        per_fragment(subject, progress, |fragment| {
-            let env = env(
-                &prepared,
-                fragment,
-                subject.map.size(),
-                Some(&texture),
-                &mut NoTap,
-            );
-            let levels = if env.lod.fract() == 0.0 { 1 } else { 2 };
-            let probes = u64::from(env.probes);
-            (env, env.color, probes, 4 * levels * probes)
-        })
+        env_by_f64(&self.settings, subject, progress, false).0
     }
+}
+
+fn env_by_f64(
+    settings: &Settings,
+    subject: &Subject,
+    progress: Progress<'_>,
+    keep: bool,
+) -> (Rendering, Vec<Env>) {
+    let prepared = Prepared::new(settings);
+    let texture = Texture::new(&subject.map);
+    let size = subject.map.size();
+    per_fragment(subject, progress, keep, |fragment| {
+        let env = env(&prepared, fragment, size, Some(&texture), &mut NoTap);
+        let levels = if env.lod.fract() == 0.0 { 1 } else { 2 };
+        let probes = u64::from(env.probes);
+        (env, env.color, probes, 4 * levels * probes)
+    })
+}
+
+/// By the float reference, with the probe line of every fragment.
+#[must_use]
+pub fn env_lines(settings: &Settings, subject: &Subject) -> (Rendering, Vec<Line>) {
+    let size = subject.map.size();
+    let (rendering, envs) = env_by_f64(settings, subject, &|_| {}, true);
+    let lines = envs.iter().map(|env| Line::of_env(env, size)).collect();
+    (rendering, lines)
 }
 
 impl Engine for EwaEngine {
@@ -124,11 +145,12 @@ impl Engine for EwaEngine {
     fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
         let prepared = Prepared::new(&self.settings);
         let texture = Texture::new(&subject.map);
-        per_fragment(subject, progress, |fragment| {
+        per_fragment(subject, progress, false, |fragment| {
             let env = env(&prepared, fragment, subject.map.size(), None, &mut NoTap);
             let ewa = ewa_counted(&env, &texture);
             (env, ewa.color, 1, ewa.points)
         })
+        .0
     }
 }
 

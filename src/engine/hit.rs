@@ -9,6 +9,7 @@ use rtl_model::{Config, ConfigError, NoTap, NoTapStandard, Tap, Texture};
 use super::Progress;
 use super::dispatch::{self, LANES, Level, Task};
 use super::probe::{Code, RtlProbe, to_f64};
+use super::reuse::lines::Line;
 use super::rtl::overflow_name;
 use crate::cube::{CubeMap, FACE_NAMES, across_edge};
 use crate::distance::Distance;
@@ -124,24 +125,41 @@ impl HitRtl {
     pub fn filter(&self, rays: &[HitFragment], progress: Progress<'_>) -> Vec<HitResult> {
         let parts: Vec<Vec<HitResult>> = rays
             .par_chunks(CHUNK)
-            .map(|chunk| {
-                let mut part = Vec::with_capacity(chunk.len());
-                let blocks = Blocks {
-                    engine: self,
-                    rays: chunk,
-                    each: |state: &HitState<LANES>, out: &HitResults<LANES>, len: usize| {
-                        for lane in 0..len {
-                            let cone = chunk[part.len()].cone.is_some();
-                            part.push(self.result(state, out, lane, cone));
-                        }
-                    },
-                };
-                dispatch::run(self.level, blocks);
-                progress(super::to_u64(chunk.len()));
-                part
-            })
+            .map(|chunk| self.part(Source::Rays(chunk), progress))
             .collect();
         parts.into_iter().flatten().collect()
+    }
+
+    /// Every ray's result, in order, from step `first` on: the steps before it have run in these blocks.
+    #[must_use]
+    pub fn refilter(
+        &self,
+        blocks: &mut [Box<Block>],
+        first: usize,
+        progress: Progress<'_>,
+    ) -> Vec<HitResult> {
+        let parts: Vec<Vec<HitResult>> = blocks
+            .par_chunks_mut(CHUNK / LANES)
+            .map(|blocks| self.part(Source::Kept(blocks, first), progress))
+            .collect();
+        parts.into_iter().flatten().collect()
+    }
+
+    fn part(&self, source: Source<'_>, progress: Progress<'_>) -> Vec<HitResult> {
+        let mut part = Vec::new();
+        let blocks = Blocks {
+            engine: self,
+            source,
+            each: |block: &Block| {
+                for (lane, ray) in block.rays.iter().enumerate() {
+                    let cone = ray.cone.is_some();
+                    part.push(self.result(&block.state, &block.out, lane, cone));
+                }
+            },
+        };
+        dispatch::run(self.level, blocks);
+        progress(super::to_u64(part.len()));
+        part
     }
 
     /// Runs one ray with a recording tap.
@@ -237,26 +255,104 @@ impl HitRtl {
     }
 }
 
-/// Blocks of rays through the whole unit.
+/// A block of rays with everything that becomes of them.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    rays: Vec<HitFragment>,
+    ports: HitPorts<LANES>,
+    state: HitState<LANES>,
+    out: HitResults<LANES>,
+}
+
+impl Block {
+    /// A block whose results stay from unit to unit; nothing has run yet.
+    #[must_use]
+    pub fn kept(rays: &[HitFragment]) -> Box<Self> {
+        Box::new(Self {
+            rays: rays.to_vec(),
+            state: HitState::kept(),
+            ..Self::default()
+        })
+    }
+
+    /// What the steps have left.
+    #[must_use]
+    pub fn state(&self) -> &HitState<LANES> {
+        &self.state
+    }
+
+    /// Its rays, one a lane.
+    #[must_use]
+    pub fn rays(&self) -> &[HitFragment] {
+        &self.rays
+    }
+
+    /// Runs the block's rays from a step on.
+    #[inline(always)]
+    fn pass<T: Tap>(&mut self, engine: &HitRtl, first: usize, tap: &mut T) {
+        let Self {
+            rays,
+            ports,
+            state,
+            out,
+        } = self;
+        if first == 0 {
+            ports.len = 0;
+            for ray in rays {
+                engine.unit.load(ports, &engine.memory, &words(ray), tap);
+            }
+        }
+        let (memory, texture) = (&engine.memory, engine.texture.as_ref());
+        engine
+            .unit
+            .run_from(first, ports, memory, texture, state, out, tap);
+    }
+}
+
+/// Where blocks of rays come from.
+enum Source<'a> {
+    /// Rays, through the whole unit.
+    Rays(&'a [HitFragment]),
+    /// Blocks that stay from unit to unit, from this step on.
+    Kept(&'a mut [Box<Block>], usize),
+}
+
+/// Blocks of rays through the unit.
 struct Blocks<'a, F> {
     engine: &'a HitRtl,
-    rays: &'a [HitFragment],
+    source: Source<'a>,
     each: F,
 }
 
-impl<F: FnMut(&HitState<LANES>, &HitResults<LANES>, usize)> Task for Blocks<'_, F> {
+impl<F: FnMut(&Block)> Task for Blocks<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn run(mut self) {
-        for rays in self.rays.chunks(LANES) {
-            // Only the search's and the filter's registers are read of lanes with a cone.
-            let (state, out) = if self.engine.unit.is_standard() {
-                self.engine.lanes::<LANES, _>(rays, &mut NoTapStandard)
-            } else {
-                self.engine.lanes::<LANES, _>(rays, &mut NoTap)
+        let mut passing = Box::<Block>::default();
+        let mut number = 0;
+        loop {
+            let (block, first) = match &mut self.source {
+                Source::Rays(rays) if !rays.is_empty() => {
+                    let (now, later) = rays.split_at(rays.len().min(LANES));
+                    passing.rays.clear();
+                    passing.rays.extend_from_slice(now);
+                    *rays = later;
+                    (&mut passing, 0)
+                }
+                Source::Kept(blocks, first) if number < blocks.len() => {
+                    number += 1;
+                    (&mut blocks[number - 1], *first)
+                }
+                Source::Rays(_) | Source::Kept(..) => return,
             };
-            (self.each)(&state, &out, rays.len());
+            // Only the search's and the filter's registers are read of lanes with a cone.
+            if self.engine.unit.is_standard() {
+                block.pass(self.engine, first, &mut NoTapStandard);
+            } else {
+                block.pass(self.engine, first, &mut NoTap);
+            }
+            (self.each)(block);
         }
     }
 }
@@ -304,9 +400,25 @@ impl<'a> HitF64<'a> {
         )
     }
 
+    /// Every ray's result and its probe line, in order. A ray without a cone has the line of no footprint.
+    #[must_use]
+    pub fn lines(&self, rays: &[HitFragment]) -> (Vec<HitResult>, Vec<Line>) {
+        let each = |ray: &HitFragment| {
+            let both = self.trace(ray, &mut reference::NoTap);
+            let line = both
+                .env
+                .map_or(Line::NONE, |env| Line::of_env(&env, self.face_size));
+            (Self::result(&both), line)
+        };
+        rays.par_iter().map(each).unzip()
+    }
+
     fn one(&self, ray: &HitFragment) -> HitResult {
-        let both = self.trace(ray, &mut reference::NoTap);
-        let hit = both.hit;
+        Self::result(&self.trace(ray, &mut reference::NoTap))
+    }
+
+    fn result(both: &reference::HitEnv) -> HitResult {
+        let hit = &both.hit;
         let flags = both.env.map_or(hit.flags, |env| env.flags);
         HitResult {
             d: hit.d,

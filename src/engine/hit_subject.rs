@@ -10,6 +10,7 @@ use super::gpu::hit::GpuHit;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
+use super::reuse::lines::Line;
 use super::{Progress, Rendering, Searches, to_u64};
 use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
@@ -204,7 +205,9 @@ impl HitSubject {
         picture
     }
 
-    fn rendering(&self, start: Instant, results: Vec<HitResult>) -> Rendering {
+    /// A rendering of each ray's result, begun at `start`.
+    #[must_use]
+    pub fn rendering(&self, start: Instant, results: &[HitResult]) -> Rendering {
         let seconds = start.elapsed().as_secs_f64();
         let mut flags = BTreeMap::new();
         for name in results.iter().flat_map(|r| &r.flags) {
@@ -218,7 +221,7 @@ impl HitSubject {
             texels: results.iter().map(|r| r.texels).sum(),
             flags,
             standard_error: None,
-            searches: Some(Searches::of(&results)),
+            searches: Some(Searches::of(results)),
             texture_use: None,
             beyond_f32: None,
         }
@@ -229,7 +232,7 @@ impl HitSubject {
     pub fn rtl(&self, engine: &HitRtl, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, engine.filter(&fragments, progress))
+        self.rendering(start, &engine.filter(&fragments, progress))
     }
 
     /// The float reference over this subject's maps.
@@ -243,7 +246,16 @@ impl HitSubject {
     pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
         let fragments = self.fragments();
         let start = Instant::now();
-        self.rendering(start, self.reference(settings).filter(&fragments, progress))
+        let results = self.reference(settings).filter(&fragments, progress);
+        self.rendering(start, &results)
+    }
+
+    /// By the float reference, with the probe line of every ray.
+    #[must_use]
+    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<Line>) {
+        let start = Instant::now();
+        let (results, lines) = self.reference(settings).lines(&self.fragments());
+        (self.rendering(start, &results), lines)
     }
 
     /// By the kernels of a device.
@@ -256,7 +268,7 @@ impl HitSubject {
         let pixels: Vec<[u32; 2]> = self.scene.rays.iter().map(|ray| ray.pixel).collect();
         let start = Instant::now();
         let (results, reports) = engine.reported(&fragments, &pixels, progress)?;
-        let mut out = self.rendering(start, results);
+        let mut out = self.rendering(start, &results);
         out.flags = reports.flags;
         out.beyond_f32 = reports.beyond_f32;
         Ok(out)

@@ -10,6 +10,7 @@ pub mod hit;
 pub mod hit_subject;
 pub mod probe;
 pub mod registers;
+pub mod reuse;
 pub mod rtl;
 pub mod sampler;
 pub mod tex;

@@ -9,7 +9,7 @@ use rtl_model::regs::{Event, Reg};
 use rtl_model::unit::{Needs, Results, Words};
 use rtl_model::{Config, Texture, Unit};
 
-use super::dispatch::{self, Blocks, LANES, Level};
+use super::dispatch::{self, Blocks, GROUP, Group, LANES, Level, Source};
 use super::{Engine, Progress, Rendering, Rung, Subject, encode};
 use crate::cube::CubeMap;
 use crate::error::InputError;
@@ -47,36 +47,55 @@ impl RtlEngine {
     #[must_use]
     pub fn filter(&self, words: &[Words], progress: Progress<'_>) -> Filtered {
         let mut colors = vec![[0; 3]; words.len()];
-        let parts: Vec<Filtered> = words
+        let parts = words
             .par_chunks(LANES * BLOCKS)
             .zip(colors.par_chunks_mut(LANES * BLOCKS))
-            .map(|(chunk, colors)| {
-                let mut part = Filtered::default();
-                let mut colors = colors.iter_mut();
-                let blocks = Blocks {
-                    unit: &self.unit,
-                    words: chunk,
-                    texture: Some(&self.texture),
-                    each: |out: &Results<LANES>, len| {
-                        for (color, to) in out.color[..len].iter().zip(&mut colors) {
-                            *to = *color;
-                        }
-                        part.count(out, len);
-                    },
-                };
-                dispatch::run(self.level, blocks);
-                progress(super::to_u64(chunk.len()));
-                part
-            })
+            .map(|(chunk, colors)| self.part(Source::Words(chunk), colors, progress))
             .collect();
-        let mut whole = Filtered {
-            colors,
-            ..Filtered::default()
+        Filtered::whole(colors, parts)
+    }
+
+    /// Filters the fragments of kept groups from step `first` on: the steps before it have run there.
+    #[must_use]
+    pub fn refilter(
+        &self,
+        groups: &mut [Box<Group>],
+        fragments: usize,
+        first: usize,
+        progress: Progress<'_>,
+    ) -> Filtered {
+        let mut colors = vec![[0; 3]; fragments];
+        let parts = groups
+            .par_chunks_mut(BLOCKS / GROUP)
+            .zip(colors.par_chunks_mut(LANES * BLOCKS))
+            .map(|(groups, colors)| self.part(Source::Kept(groups, first), colors, progress))
+            .collect();
+        Filtered::whole(colors, parts)
+    }
+
+    fn part(
+        &self,
+        source: Source<'_>,
+        colors: &mut [[i64; 3]],
+        progress: Progress<'_>,
+    ) -> Filtered {
+        let count = super::to_u64(colors.len());
+        let mut part = Filtered::default();
+        let mut colors = colors.iter_mut();
+        let blocks = Blocks {
+            unit: &self.unit,
+            source,
+            texture: Some(&self.texture),
+            each: |out: &Results<LANES>, len| {
+                for (color, to) in out.color[..len].iter().zip(&mut colors) {
+                    *to = *color;
+                }
+                part.count(out, len);
+            },
         };
-        for part in &parts {
-            whole.add(part);
-        }
-        whole
+        dispatch::run(self.level, blocks);
+        progress(count);
+        part
     }
 
     /// A colour code as a double: exact, as the register has at most 48 bits.
@@ -101,6 +120,17 @@ pub struct Filtered {
 }
 
 impl Filtered {
+    fn whole(colors: Vec<[i64; 3]>, parts: Vec<Self>) -> Self {
+        let mut whole = Self {
+            colors,
+            ..Self::default()
+        };
+        for part in &parts {
+            whole.add(part);
+        }
+        whole
+    }
+
     fn count(&mut self, out: &Results<LANES>, len: usize) {
         for lane in 0..len {
             self.probes += out.probes[lane].unsigned_abs();
@@ -160,7 +190,14 @@ impl Engine for RtlEngine {
             .collect();
         let start = Instant::now();
         let filtered = self.filter(&words, progress);
-        let seconds = start.elapsed().as_secs_f64();
+        self.rendering(subject, &filtered, start.elapsed().as_secs_f64())
+    }
+}
+
+impl RtlEngine {
+    /// What became of a subject's fragments, as a rendering.
+    #[must_use]
+    pub fn rendering(&self, subject: &Subject, filtered: &Filtered, seconds: f64) -> Rendering {
         let colors: Vec<[f64; 3]> = filtered.colors.iter().map(|c| self.color(*c)).collect();
         Rendering {
             picture: subject.picture(&colors),

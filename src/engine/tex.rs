@@ -79,6 +79,36 @@ pub struct TexResult {
     pub texels: u64,
 }
 
+/// A block of requests with everything that becomes of them, which stays from unit to unit.
+#[derive(Clone, Debug)]
+pub struct Block {
+    requests: Vec<TexWords>,
+    state: Box<TexState<LANES>>,
+}
+
+impl Block {
+    /// A block of up to [`LANES`] requests; nothing has run yet.
+    #[must_use]
+    pub fn kept(requests: &[TexWords]) -> Self {
+        Self {
+            requests: requests.to_vec(),
+            state: Box::new(TexState::kept()),
+        }
+    }
+
+    /// What the steps have left.
+    #[must_use]
+    pub fn state(&self) -> &TexState<LANES> {
+        &self.state
+    }
+
+    /// Its requests, one a lane.
+    #[must_use]
+    pub fn requests(&self) -> &[TexWords] {
+        &self.requests
+    }
+}
+
 /// The integer model with its texture.
 #[derive(Clone, Debug)]
 pub struct TexRtl {
@@ -121,8 +151,23 @@ impl TexRtl {
         let texture = self.texture.as_ref();
         for requests in requests.chunks(LANES) {
             let (state, out) = (&mut state, &mut out);
-            self.run(requests, texture, state, out);
+            self.run(0, requests, texture, state, out);
             each(state, out, requests.len());
+        }
+    }
+
+    /// [`TexRtl::blocks`] from step `first` on, over blocks in which the steps before it have run.
+    pub fn reblocks(
+        &self,
+        blocks: &mut [Block],
+        first: usize,
+        mut each: impl FnMut(&TexState<LANES>, &Results<LANES>, usize),
+    ) {
+        let mut out = Results::default();
+        for block in blocks {
+            let (state, texture) = (&mut block.state, self.texture.as_ref());
+            self.run(first, &block.requests, texture, state, &mut out);
+            each(state, &out, block.requests.len());
         }
     }
 
@@ -130,12 +175,13 @@ impl TexRtl {
     #[must_use]
     pub fn address(&self, request: &[TexWords; 1]) -> (TexState<LANES>, Results<LANES>) {
         let (mut state, mut out) = (TexState::default(), Results::default());
-        self.run(request, None, &mut state, &mut out);
+        self.run(0, request, None, &mut state, &mut out);
         (state, out)
     }
 
     fn run(
         &self,
+        first: usize,
         requests: &[TexWords],
         texture: Option<&Texture>,
         state: &mut TexState<LANES>,
@@ -143,14 +189,15 @@ impl TexRtl {
     ) {
         if self.unit.is_standard() {
             let tap = &mut NoTapStandard;
-            self.unit.run(requests, texture, state, out, tap);
+            self.unit
+                .run_from(first, requests, texture, state, out, tap);
         } else {
-            self.unit.run(requests, texture, state, out, &mut NoTap);
+            self.unit
+                .run_from(first, requests, texture, state, out, &mut NoTap);
         }
     }
 
     /// Runs up to `N` requests as one block.
-    #[inline(always)]
     pub fn lanes<const N: usize, T: Tap>(
         &self,
         requests: &[TexWords],

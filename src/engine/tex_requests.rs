@@ -8,6 +8,7 @@ use rtl_model::regs::Event as RtlEvent;
 use rtl_model::unit::TexWords;
 
 use super::cones::{Asked, FloatCones, RtlCones, walk};
+use super::probe::RtlProbe;
 use super::tex::{value, words};
 use super::tex_subject::{TexEngine, TexSubject};
 use super::to_u64;
@@ -17,6 +18,7 @@ use crate::scene::tex::path::{Look, Path};
 use crate::settings::Settings;
 
 /// One request of a row: its pixel's column, its weight, and what is asked.
+#[derive(Debug)]
 pub(crate) struct Request<A> {
     pub(super) column: usize,
     pub(super) weight: f64,
@@ -118,6 +120,30 @@ impl TexSubject {
         out
     }
 
+    /// Every request of a row through a recording tap: what it wrote, and its probes.
+    pub fn trace_row(
+        &self,
+        engine: &TexEngine,
+        settings: &Settings,
+        y: usize,
+        probe: &mut RtlProbe,
+        each: &mut dyn FnMut(&RtlProbe, u32),
+    ) {
+        let asked = self.ask_rtl(engine, settings, y);
+        for (unit, looks) in engine.textures.iter().zip(&asked.looks) {
+            for request in looks {
+                probe.clear();
+                let request = std::slice::from_ref(&request.asked);
+                let (_, out) = unit.lanes::<1, _>(request, probe);
+                each(probe, u32::try_from(out.probes[0]).unwrap_or(0));
+            }
+        }
+        for request in &asked.sky {
+            let (found, _) = engine.sky.trace(&request.asked, probe);
+            each(probe, found.probes);
+        }
+    }
+
     /// The texture requests of the first path of each pixel of a row, with the integer model's cones.
     pub fn each_look(
         &self,
@@ -155,6 +181,7 @@ impl TexSubject {
     }
 }
 
+#[derive(Debug)]
 pub(super) struct AskedRtl {
     /// By texture.
     pub(super) looks: Vec<Vec<Request<TexWords>>>,

@@ -1,18 +1,22 @@
 //! A scene of the TEX operation as every engine renders it.
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use rtl_model::unit::TexWords;
+use rtl_model::unit::{Results, TexState, TexWords};
 
+use super::dispatch::LANES;
 use super::gpu::Reports;
 use super::gpu::tex::{AskedGpu, GpuTex};
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
+use super::reuse::lines::{Line, TexLine};
+use super::reuse::tex::{First, KeptBlocks, KeptRow};
 use super::tex::TexRtl;
-use super::tex_requests::{Request, scene_row};
+use super::tex_requests::{AskedRtl, Request, scene_row};
 use super::tiles::{Tiles, level_colour};
 use super::{Progress, Rendering, TextureUse, to_u64};
 use crate::cube::CubeMap;
@@ -85,6 +89,32 @@ impl Row {
         let [r, g, b] = level_colour(lod);
         for (sum, c) in self.levels[column].iter_mut().zip([r, g, b, 1.0]) {
             *sum += weight * c;
+        }
+    }
+
+    /// Adds what one lane found for a request to a texture.
+    fn look(
+        &mut self,
+        unit: &TexRtl,
+        index: usize,
+        request: &Request<TexWords>,
+        (state, out, lane): (&TexState<LANES>, &Results<LANES>, usize),
+    ) {
+        let result = unit.result(state, out, lane);
+        self.add(request.column, request.weight, result.color);
+        self.level(request.column, request.weight, result.lod);
+        self.probes += u64::from(result.probes);
+        self.texels += result.texels;
+        if !out.flags[lane].is_empty() {
+            for name in unit.flags(out, lane) {
+                *self.flags.entry(name).or_default() += 1;
+            }
+        }
+        if let Some(texture) = &unit.texture {
+            let tiles = &mut self.tiles[index];
+            unit.unit.footprints(state, lane, texture, &mut |at| {
+                tiles.touch(at.level, at.texel);
+            });
         }
     }
 
@@ -221,51 +251,78 @@ impl TexSubject {
         settings: &Settings,
         progress: Progress<'_>,
     ) -> Rendering {
-        let wrap = settings.tex.wrap;
         self.rows(progress, |y| {
-            let mut row = Row::new(self.scene.width);
-            row.tiles = self
-                .scene
-                .textures
-                .iter()
-                .map(|map| Tiles::new(map, wrap))
-                .collect();
             let begin = Instant::now();
             let asked = self.ask_rtl(engine, settings, y);
-            row.seconds[0] = asked.paths;
-            row.flags.clone_from(&asked.flags);
-            for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
-                let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
-                let mut at = 0;
-                unit.blocks(&words, |state, out, len| {
-                    for lane in 0..len {
-                        let result = unit.result(state, out, lane);
-                        let request = &looks[at];
-                        at += 1;
-                        row.add(request.column, request.weight, result.color);
-                        row.level(request.column, request.weight, result.lod);
-                        row.probes += u64::from(result.probes);
-                        row.texels += result.texels;
-                        if !out.flags[lane].is_empty() {
-                            for name in unit.flags(out, lane) {
-                                *row.flags.entry(name).or_default() += 1;
-                            }
-                        }
-                        if let Some(texture) = &unit.texture {
-                            let tiles = &mut row.tiles[index];
-                            unit.unit
-                                .footprints(state, lane, texture, &mut |level, corner| {
-                                    tiles.touch(level, corner);
-                                });
-                        }
-                    }
-                });
-            }
-            let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
-            row.sky(&asked.sky, engine.sky.filter(&rays, &|_| {}));
-            row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            let mut row = self.row_by_rtl(engine, &asked, None);
+            row.seconds = [asked.paths, begin.elapsed().as_secs_f64() - asked.paths];
             row
         })
+    }
+
+    /// By the integer model, from kept rows.
+    pub(super) fn rtl_again(
+        &self,
+        engine: &TexEngine,
+        rows: &mut [KeptRow],
+        first: &First,
+        progress: Progress<'_>,
+    ) -> Rendering {
+        let start = Instant::now();
+        let rows: Vec<Row> = rows
+            .par_iter_mut()
+            .map(|kept| {
+                let row = self.row_by_rtl(engine, &kept.asked, Some((&mut kept.blocks, first)));
+                progress(to_u64(self.scene.width));
+                row
+            })
+            .collect();
+        let wall = start.elapsed().as_secs_f64();
+        let mut out = self.put_together(rows, wall);
+        out.seconds = wall;
+        out
+    }
+
+    /// A row's requests through the units, or from kept blocks.
+    fn row_by_rtl(
+        &self,
+        engine: &TexEngine,
+        asked: &AskedRtl,
+        mut kept: Option<(&mut KeptBlocks, &First)>,
+    ) -> Row {
+        let mut row = Row::new(self.scene.width);
+        row.flags.clone_from(&asked.flags);
+        let maps = self.scene.textures.iter().zip(&engine.textures);
+        row.tiles = maps
+            .map(|(map, unit)| Tiles::new(map, unit.config.tex.wrap))
+            .collect();
+        for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
+            let mut at = 0;
+            let each = |state: &TexState<LANES>, out: &Results<LANES>, len: usize| {
+                for lane in 0..len {
+                    row.look(unit, index, &looks[at], (state, out, lane));
+                    at += 1;
+                }
+            };
+            match &mut kept {
+                Some((kept, first)) => {
+                    unit.reblocks(&mut kept.looks[index], first.looks[index], each);
+                }
+                None => {
+                    let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
+                    unit.blocks(&words, each);
+                }
+            }
+        }
+        let found = match kept {
+            Some((kept, first)) => engine.sky.refilter(&mut kept.sky, first.sky, &|_| {}),
+            None => {
+                let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
+                engine.sky.filter(&rays, &|_| {})
+            }
+        };
+        row.sky(&asked.sky, found);
+        row
     }
 
     fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {
@@ -276,7 +333,13 @@ impl TexSubject {
     }
 
     /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
-    fn float(&self, settings: &Settings, gaussian: bool, progress: Progress<'_>) -> Rendering {
+    fn float(
+        &self,
+        settings: &Settings,
+        gaussian: bool,
+        progress: Progress<'_>,
+        keep: &(dyn Fn(usize, Vec<TexLine>) + Sync),
+    ) -> Rendering {
         let prepared = Prepared::new(settings);
         let textures = self.planar(settings);
         let nowhere = Distance::nothing();
@@ -287,12 +350,18 @@ impl TexSubject {
             let begin = Instant::now();
             let asked = self.ask_f64(settings, y);
             row.seconds[0] = asked.paths;
+            let mut lines = Vec::with_capacity(asked.looks.len());
             for request in &asked.looks {
                 let (index, fragment, width) = &request.asked;
                 let texture = &textures[*index];
                 let size = texture.level_size(0);
                 let read = (!gaussian).then_some(texture);
                 let found = tex(&prepared, *width, fragment, size, read, &mut NoTap);
+                lines.push(TexLine {
+                    texture: *index,
+                    line: Line::of_tex(&found),
+                    width: *width,
+                });
                 let colour = if gaussian {
                     let (colour, points) = ewa_planar(&found, texture);
                     row.texels += points;
@@ -324,6 +393,7 @@ impl TexSubject {
                 row.sky(&asked.sky, sky.filter(&rays, &|_| {}));
             }
             row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
+            keep(y, lines);
             row
         })
     }
@@ -372,13 +442,26 @@ impl TexSubject {
     /// By the float reference.
     #[must_use]
     pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, false, progress)
+        self.float(settings, false, progress, &|_, _| {})
+    }
+
+    /// By the float reference, with the probe line of every texture request: row by row, and in a row texture by
+    /// texture, as kept results have them.
+    #[must_use]
+    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<TexLine>) {
+        let rows = Mutex::new(vec![Vec::new(); self.scene.height]);
+        let rendering = self.float(settings, false, &|_| {}, &|y, mut lines| {
+            lines.sort_by_key(|line| line.texture);
+            rows.lock().unwrap_or_else(PoisonError::into_inner)[y] = lines;
+        });
+        let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        (rendering, rows.concat())
     }
 
     /// By the elliptical Gaussian of the float reference's covariances.
     #[must_use]
     pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, true, progress)
+        self.float(settings, true, progress, &|_, _| {})
     }
 
     /// By real paths through the whole pixel (and lens), into level 0.

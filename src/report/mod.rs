@@ -7,4 +7,5 @@ pub mod font;
 pub mod hash;
 pub mod html;
 pub mod metrics;
+pub mod plot;
 pub mod table;

@@ -107,7 +107,7 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), 
             }
             None => {
                 let subject = self::name(Path::new(name));
-                let text = read_text(Path::new(name))?;
+                let text = read_text(Path::new(name), "unit file")?;
                 let (spec, seen) = read(&subject, &text)?;
                 origins.set = seen
                     .into_iter()
@@ -138,15 +138,15 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), 
     Ok((spec, origins))
 }
 
-fn read_text(path: &Path) -> Result<String, InputError> {
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, InputError> {
     use std::io::Read as _;
     let subject = name(path);
     let broken = |e: std::io::Error| {
         InputError::new(
             &subject,
-            "a readable unit file in UTF-8",
+            format!("a readable {what} in UTF-8"),
             e.to_string(),
-            "check the path, or use preset:default",
+            "check the path",
         )
     };
     let mut bytes = Vec::new();
@@ -165,7 +165,7 @@ fn read_text(path: &Path) -> Result<String, InputError> {
     if u64::try_from(size).unwrap_or(u64::MAX) > MAX_BYTES {
         return Err(InputError::new(
             &subject,
-            "a unit file of at most 1 MiB",
+            format!("a {what} of at most 1 MiB"),
             "a longer one",
             "check the path",
         ));
@@ -184,7 +184,7 @@ fn read_text(path: &Path) -> Result<String, InputError> {
 }
 
 /// A unit file's name in messages.
-fn name(path: &Path) -> String {
+pub(crate) fn name(path: &Path) -> String {
     if path.as_os_str() == "-" {
         "standard input".into()
     } else {
@@ -209,7 +209,8 @@ fn parse_value(text: &str) -> Value {
     }
 }
 
-fn convert(value: &DeValue<'_>) -> Option<Value> {
+/// A value of a knob from TOML; nothing for a value that no knob has.
+pub(crate) fn convert(value: &DeValue<'_>) -> Option<Value> {
     Some(match value {
         DeValue::Integer(n) => {
             Value::Integer(i64::from_str_radix(&n.as_str().replace('_', ""), n.radix()).ok()?)
@@ -353,7 +354,7 @@ impl Reader<'_> {
 }
 
 /// What a value is, where it is nothing that a unit has.
-fn described(value: &DeValue<'_>) -> String {
+pub(crate) fn described(value: &DeValue<'_>) -> String {
     match value {
         DeValue::Integer(n) => format!("{}, which is too large", n.as_str()),
         DeValue::Float(x) => x.as_str().into(),
@@ -366,7 +367,7 @@ fn described(value: &DeValue<'_>) -> String {
 }
 
 /// "line L, column C" of a byte offset.
-fn place(text: &str, offset: usize) -> String {
+pub(crate) fn place(text: &str, offset: usize) -> String {
     let before = text.get(..offset.min(text.len())).unwrap_or("");
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;

@@ -10,7 +10,9 @@ mod set;
 
 use rtl_model::cone::StoreRounding;
 use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
-use rtl_model::{Config, ConfigError};
+use rtl_model::texture::check_texel;
+use rtl_model::unit::{HitUnit, Needs, TexUnit};
+use rtl_model::{Config, ConfigError, Unit};
 
 use crate::error::InputError;
 use crate::policy::{
@@ -142,6 +144,28 @@ impl UnitSpec {
 fn fixed_bits(x: f64, frac: u32) -> i64 {
     let scaled = (x * f64::from(1u32 << frac)).round_ties_even();
     fixed::types::I53F11::saturating_from_num(scaled).to_num()
+}
+
+/// Face sizes that a unit must be able to serve.
+const FACES: [u32; 2] = [1, 16384];
+
+/// Whether the unit can be exact inside with every stage built.
+///
+/// # Errors
+/// What the model refuses, by the register's or the knob's path.
+pub fn check(spec: &UnitSpec) -> Result<(), InputError> {
+    for size in FACES {
+        for all in [true, false] {
+            let needs = Needs {
+                bump: all,
+                rough: all,
+            };
+            Unit::new(&spec.config, needs, size).map_err(refused)?;
+        }
+        HitUnit::new(&spec.config, size).map_err(refused)?;
+        TexUnit::new(&spec.config, [size, 1]).map_err(refused)?;
+    }
+    check_texel(&spec.config).map_err(refused)
 }
 
 /// What the model refuses, in the shape of every input error.

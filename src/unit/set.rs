@@ -38,6 +38,21 @@ impl UnitSpec {
             .inspect_err(|_| self.config.formats = before)
     }
 
+    /// Sets several knobs, which are checked together: a register's two parts may pass through a width that it could not
+    /// have.
+    ///
+    /// # Errors
+    /// Those of [`UnitSpec::set`]; the unit is then as far as it came.
+    pub fn set_all<'a>(
+        &mut self,
+        sets: impl IntoIterator<Item = (&'a str, &'a Value)>,
+    ) -> Result<(), InputError> {
+        for (path, value) in sets {
+            self.assign(path, value)?;
+        }
+        self.check_widths()
+    }
+
     /// [`UnitSpec::set`] without the check of a register's width, which may be too large between the
     /// settings of its two parts.
     pub(super) fn assign(&mut self, path: &str, value: &Value) -> Result<(), InputError> {

@@ -7,6 +7,8 @@
 )]
 
 mod blocks;
+mod extremes;
 mod formats;
 mod grid;
 mod operations;
+mod rules;

@@ -223,3 +223,25 @@ pub(crate) fn assert_finite(out: &Env) {
     assert!(out.probes >= 1 && out.lod >= 0.0, "{out:?}");
     assert!(out.lambda[0] >= 0.0 && out.lambda[1] >= 0.0, "{out:?}");
 }
+
+/// The 48 signed permutations of the axes.
+pub(crate) fn symmetries() -> Vec<[[f64; 3]; 3]> {
+    let mut all = vec![];
+    for order in [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ] {
+        for signs in 0..8u32 {
+            let mut matrix = [[0.0; 3]; 3];
+            for (row, axis) in order.into_iter().enumerate() {
+                matrix[row][axis] = if signs >> row & 1 == 1 { -1.0 } else { 1.0 };
+            }
+            all.push(matrix);
+        }
+    }
+    all
+}

@@ -7,7 +7,7 @@
 use super::format::{Format, Overflow, Rounding};
 
 /// A register's format compiled to the constants of its rounding circuit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Quantizer {
     /// The format.
     pub format: Format,
@@ -31,7 +31,7 @@ pub struct Quantizer {
 /// The part of a register write that needs no case: half-even rounding by a shift that does not lose
 /// everything, and whether the result is in range. Registers that need more pass their input through and
 /// count as out of range, so that [`Quantizer::write`] settles them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LaneRounding {
     /// Right shift, 2^(shift − 1) − 1, and 1 where ties must see the last bit kept.
     pub(crate) down: i64,

@@ -12,7 +12,7 @@ use crate::regs::{Kind, Reg};
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     k: Quantizer,
     exact_frac: i64,

@@ -82,7 +82,7 @@ pub fn direction(face: usize, components: [i64; 3]) -> [i64; 3] {
 }
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     rotation: Option<[[i64; 3]; 3]>,
     rotated: Quantizer,

@@ -21,7 +21,7 @@ use crate::tap::Tap;
 use crate::texture::{Texels, Texture};
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     lod_shift: i64,
     lod_frac: i64,
@@ -377,7 +377,18 @@ pub fn touch<T: Tap>(
     sum
 }
 
-/// Level, column and row (in the bordered level) of the first texel of every bilinear footprint.
+/// Where a bilinear footprint begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Face of the probe.
+    pub face: usize,
+    /// Level.
+    pub level: usize,
+    /// Column and row of the first texel in the bordered level: texel (0, 0) is (1, 1).
+    pub texel: [usize; 2],
+}
+
+/// The first texel of every bilinear footprint.
 #[inline(always)]
 pub fn footprints<T: Tap>(
     cfg: &Cfg,
@@ -386,7 +397,7 @@ pub fn footprints<T: Tap>(
     texture: &Texture,
     input: &In,
     sink: &mut Sink<'_, T>,
-    each: &mut dyn FnMut(usize, [usize; 2]),
+    each: &mut dyn FnMut(Corner),
 ) {
     let last = texture.levels.len().saturating_sub(1);
     let (first, lod_weight) = cfg.level(input.lod, last);
@@ -397,7 +408,12 @@ pub fn footprints<T: Tap>(
                 continue;
             };
             let size = level.size.map(|n| i64::try_from(n).unwrap_or(1));
-            each(index, address_cfg.taps(&probe, size, 0, sink).corner);
+            let texel = address_cfg.taps(&probe, size, 0, sink).corner;
+            each(Corner {
+                face: probe.face,
+                level: index,
+                texel,
+            });
         }
     }
 }

@@ -29,7 +29,7 @@ pub fn planar_unit(size: [u32; 2]) -> u32 {
 }
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     rule: Count,
     max: i64,

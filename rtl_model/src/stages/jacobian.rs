@@ -14,7 +14,7 @@ use crate::regs::Reg;
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Ports of ∂v/∂x and ∂v/∂y.
     pub dv: [Quantizer; 2],
@@ -30,7 +30,7 @@ pub struct Cfg {
 }
 
 /// G (and A), shared with `roughness`: a derivative of v_r to |ma|·(∂u, ∂v).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Project {
     rotation: Option<[[i64; 3]; 3]>,
     rotated: Quantizer,

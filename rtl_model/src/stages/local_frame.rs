@@ -14,7 +14,7 @@ use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of n.
     pub n: Quantizer,

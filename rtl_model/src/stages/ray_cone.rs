@@ -33,7 +33,7 @@ pub struct ConeConfig {
 }
 
 /// Compiled configuration.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 pub struct Cfg {
     /// Format of both registers.
     pub format: SmallFloat,

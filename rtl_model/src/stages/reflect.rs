@@ -8,7 +8,7 @@ use crate::regs::Reg;
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of v.
     pub v: Quantizer,

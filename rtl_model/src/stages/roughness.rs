@@ -11,7 +11,7 @@ use crate::regs::Reg;
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of d1, d2, d3.
     pub d: Quantizer,

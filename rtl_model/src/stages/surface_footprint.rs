@@ -21,7 +21,7 @@ const LIMIT_FRAC: u32 = 24;
 const LIMIT: i64 = 16_760_439;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of the ray's direction.
     pub direction: Quantizer,

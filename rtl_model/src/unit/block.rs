@@ -1,5 +1,6 @@
 //! Blocks of lanes: what goes in, what the stages keep, what comes out.
 
+use super::steps::Marks;
 use crate::fx::Flags;
 use crate::stages::{
     Lanes, bump, covariance, cube_face, eigen, footprint, jacobian, local_frame, reflect, roughness,
@@ -105,6 +106,8 @@ impl<const N: usize> Default for Inputs<N> {
 /// What the stages have written for a block of lanes; kept from block to block.
 #[derive(Clone, Debug)]
 pub struct State<const N: usize> {
+    /// Flags behind each step, where a state is kept from unit to unit.
+    pub(super) marks: Option<Marks<N>>,
     pub(super) flags: [Flags; N],
     pub(super) input: Inputs<N>,
     pub(super) frame: local_frame::Out<N>,
@@ -117,7 +120,8 @@ pub struct State<const N: usize> {
     pub(super) d_exp: [i64; N],
     pub(super) b: roughness::Out<N>,
     pub(super) k: covariance::Out<N>,
-    pub(super) axes: eigen::Out<N>,
+    /// Axes of the ellipses.
+    pub axes: eigen::Out<N>,
     /// Probe lines.
     pub line: footprint::Out<N>,
 }
@@ -125,6 +129,7 @@ pub struct State<const N: usize> {
 impl<const N: usize> Default for State<N> {
     fn default() -> Self {
         Self {
+            marks: None,
             flags: [NO_FLAGS; N],
             input: Default::default(),
             frame: Default::default(),
@@ -139,6 +144,14 @@ impl<const N: usize> Default for State<N> {
             axes: Default::default(),
             line: Default::default(),
         }
+    }
+}
+
+impl State<1> {
+    /// The flags of the only lane.
+    #[must_use]
+    pub fn flags(&self) -> Flags {
+        self.flags[0]
     }
 }
 

@@ -9,6 +9,7 @@ use crate::fx::Flags;
 use crate::policy::HitStatus;
 use crate::port;
 use crate::regs::{Event, Reg};
+use crate::stages::filter::Corner;
 use crate::stages::hit::{self, footprint};
 use crate::stages::{Lanes, Sink, bits, cube_face, fits, ray_cone, store, take};
 use crate::tap::Tap;
@@ -77,10 +78,10 @@ impl<const N: usize> Default for HitResults<N> {
 /// A unit compiled for rays.
 #[derive(Clone, Debug)]
 pub struct HitUnit {
-    unit: Unit,
-    hit: hit::Cfg,
-    footprint: footprint::Cfg,
-    cone: ray_cone::Cfg,
+    pub(super) unit: Unit,
+    pub(super) hit: hit::Cfg,
+    pub(super) footprint: footprint::Cfg,
+    pub(super) cone: ray_cone::Cfg,
 }
 
 impl HitUnit {
@@ -173,42 +174,119 @@ impl HitUnit {
         out: &mut HitResults<N>,
         tap: &mut T,
     ) {
+        self.run_from(0, ports, memory, texture, state, out, tap);
+    }
+
+    /// [`HitUnit::run`] from step `first` on, over a state in which the steps before it have run.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what `run` takes, and where to begin"
+    )]
+    #[inline(always)]
+    pub fn run_from<const N: usize, T: Tap>(
+        &self,
+        first: usize,
+        ports: &HitPorts<N>,
+        memory: &DistanceMemory,
+        texture: Option<&Texture>,
+        state: &mut HitState<N>,
+        out: &mut HitResults<N>,
+        tap: &mut T,
+    ) {
         let len = ports.len.min(N);
-        let env = &mut state.env;
-        env.flags.copy_from_slice(&ports.flags);
-        let input = hit::In {
-            x: &ports.x,
-            direction: &ports.direction,
-            direction_frac: &ports.direction_frac,
-        };
+        let (env, hit) = (&mut state.env, &mut state.hit);
         let roms = &self.unit.roms;
-        let flags = &mut env.flags[..len];
-        hit::hit(&self.hit, roms, memory, input, &mut state.hit, flags, tap);
-        let searched = env.flags;
+        env.step(0, first, |env| {
+            env.flags.copy_from_slice(&ports.flags);
+            let input = hit::In {
+                x: &ports.x,
+                direction: &ports.direction,
+                direction_frac: &ports.direction_frac,
+            };
+            hit::hit(
+                &self.hit,
+                roms,
+                memory,
+                input,
+                hit,
+                &mut env.flags[..len],
+                tap,
+            );
+        });
+        let searched = *env.flags_behind(0).unwrap_or(&env.flags);
         out.env.flags = searched;
         if ports.cone.iter().take(len).all(Option::is_none) {
             return;
         }
         let mut exp = [0; N];
         for (lane, exp) in exp.iter_mut().enumerate().take(len) {
-            let escaped = state.hit.status[lane] == HitStatus::Escaped;
+            let escaped = hit.status[lane] == HitStatus::Escaped;
             *exp = if escaped { 0 } else { memory.scale };
         }
-        let input = cube_face::In {
-            v_r: &state.hit.to,
-            v_r_frac: &state.hit.to_frac,
-            exp: &exp,
+        env.step(1, first, |env| {
+            let input = cube_face::In {
+                v_r: &hit.to,
+                v_r_frac: &hit.to_frac,
+                exp: &exp,
+            };
+            let flags = &mut env.flags[..len];
+            cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
+        });
+        env.step(2, first, |env| {
+            self.footprints_at_hits(ports, memory, hit, &exp, env, tap);
+        });
+        let lanes = Ports::<N> {
+            len,
+            ..Ports::default()
         };
-        let flags = &mut env.flags[..len];
-        cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
+        let unit = &self.unit;
+        env.step(3, first, |env| unit.covariance(&lanes, env, tap));
+        env.step(4, first, |env| unit.eigen(&lanes, env, tap));
+        env.step(5, first, |env| unit.footprint(&lanes, env, tap));
+        unit.finish(env, len, texture, &mut out.env, tap);
+        // Lanes without a cone ran along for nothing.
         for lane in 0..len {
-            let escaped = state.hit.status[lane] == HitStatus::Escaped;
+            if ports.cone[lane].is_none() {
+                out.env.flags[lane] = searched[lane];
+                out.env.color[lane] = [0; 3];
+                out.env.probes[lane] = 0;
+                out.env.texels[lane] = 0;
+            }
+        }
+    }
+
+    /// The first texel of each bilinear footprint of a lane.
+    #[inline(always)]
+    pub fn footprints<const N: usize>(
+        &self,
+        state: &HitState<N>,
+        lane: usize,
+        texture: &Texture,
+        each: &mut dyn FnMut(Corner),
+    ) {
+        self.unit.footprints(&state.env, lane, texture, each);
+    }
+
+    /// D of each lane's cone at its hit.
+    #[inline(always)]
+    fn footprints_at_hits<const N: usize, T: Tap>(
+        &self,
+        ports: &HitPorts<N>,
+        memory: &DistanceMemory,
+        hit: &hit::Out<N>,
+        exp: &[i64; N],
+        env: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let roms = &self.unit.roms;
+        for lane in 0..ports.len.min(N) {
+            let escaped = hit.status[lane] == HitStatus::Escaped;
             let flags = &mut env.flags[lane];
             let width = ports.cone[lane].map_or(Dyadic::ZERO, |(cone, mut dither)| {
                 if escaped {
                     return self.cone.angle(cone.angle);
                 }
-                let d = Dyadic::fixed(state.hit.d[lane], self.hit.d_frac() - memory.scale);
+                let d = Dyadic::fixed(hit.d[lane], self.hit.d_frac() - memory.scale);
                 let there = ray_cone::propagate(&self.cone, cone, d, &mut dither, flags);
                 self.cone.width(there.width)
             });
@@ -217,8 +295,8 @@ impl HitUnit {
             let mut sink = Sink { lane, flags, tap };
             let zero = env.face.zero[lane];
             let input = footprint::In {
-                r: take(&state.hit.r, lane),
-                to: take(&state.hit.to, lane),
+                r: take(&hit.r, lane),
+                to: take(&hit.to, lane),
                 width,
                 scale: exp[lane],
                 escaped,
@@ -232,29 +310,6 @@ impl HitUnit {
             let d =
                 footprint::footprint(&self.footprint, &self.hit, roms, memory, &input, &mut sink);
             store(&mut env.d.d, lane, d);
-        }
-        let lanes = Ports::<N> {
-            len,
-            ..Ports::default()
-        };
-        self.unit.covariance(&lanes, env, tap);
-        self.unit.eigen(&lanes, env, tap);
-        self.unit.footprint(&lanes, env, tap);
-        match texture {
-            Some(texture) => self.unit.back(env, len, texture, &mut out.env, tap),
-            None => {
-                out.env.probes = env.line.count;
-                out.env.flags = env.flags;
-            }
-        }
-        // Lanes without a cone ran along for nothing.
-        for lane in 0..len {
-            if ports.cone[lane].is_none() {
-                out.env.flags[lane] = searched[lane];
-                out.env.color[lane] = [0; 3];
-                out.env.probes[lane] = 0;
-                out.env.texels[lane] = 0;
-            }
         }
     }
 }

@@ -4,6 +4,7 @@ use core::slice::{from_mut, from_ref};
 
 use super::Unit;
 use super::block::{NO_FLAGS, Ports, Results, State};
+use crate::stages::filter::Corner;
 use crate::stages::jacobian::normal;
 use crate::stages::{
     Sink, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
@@ -33,14 +34,7 @@ impl Unit {
         states: &mut [State<N>],
         tap: &mut T,
     ) {
-        macro_rules! each {
-            ($($stage:ident)+) => { $(
-                for (ports, state) in ports.iter().zip(states.iter_mut()) {
-                    self.$stage(ports, state, tap);
-                }
-            )+ };
-        }
-        each!(ports local_frame bump reflect cube_face normal jacobian roughness covariance eigen footprint);
+        self.fronts_from(0, ports, states, tap);
     }
 
     /// `local_frame`, if the scene needs it.
@@ -343,14 +337,14 @@ impl Unit {
         }
     }
 
-    /// Level, column and row (in the bordered level) of the first texel of each bilinear footprint of a lane.
+    /// The first texel of each bilinear footprint of a lane.
     #[inline(always)]
-    pub(super) fn footprints<const N: usize>(
+    pub fn footprints<const N: usize>(
         &self,
         state: &State<N>,
         lane: usize,
         texture: &Texture,
-        each: &mut dyn FnMut(usize, [usize; 2]),
+        each: &mut dyn FnMut(Corner),
     ) {
         let request = self.request(state, lane);
         let mut flags = NO_FLAGS;

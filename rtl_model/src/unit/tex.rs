@@ -7,6 +7,7 @@ use crate::config::{Config, ConfigError};
 use crate::fx::{Block, Quantizer};
 use crate::port;
 use crate::regs::{Event, Reg};
+use crate::stages::filter::Corner;
 use crate::stages::footprint::planar_unit;
 use crate::stages::{Sink, ray_cone, store, surface_footprint};
 use crate::tap::Tap;
@@ -89,10 +90,10 @@ impl<T: Tap> Tap for InTexels<'_, T> {
 /// A unit compiled for a 2-D texture.
 #[derive(Clone, Debug)]
 pub struct TexUnit {
-    unit: Unit,
-    surface: surface_footprint::Cfg,
+    pub(super) unit: Unit,
+    pub(super) surface: surface_footprint::Cfg,
     /// log2 of half the texels in which D, K and λ count.
-    texels: i64,
+    pub(super) texels: i64,
     /// The cones' formats and rules.
     pub cone: ray_cone::Cfg,
 }
@@ -125,12 +126,51 @@ impl TexUnit {
         out: &mut Results<N>,
         tap: &mut T,
     ) {
+        self.run_from(0, requests, texture, state, out, tap);
+    }
+
+    /// [`TexUnit::run`] from step `first` on, over a state in which the steps before it have run.
+    #[inline(always)]
+    pub fn run_from<const N: usize, T: Tap>(
+        &self,
+        first: usize,
+        requests: &[TexWords],
+        texture: Option<&Texture>,
+        state: &mut TexState<N>,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
         let tap = &mut InTexels {
             tap,
             unit: self.texels,
         };
         let len = requests.len().min(N);
-        for (lane, words) in requests.iter().enumerate().take(len) {
+        let TexState { surface, st, env } = state;
+        env.step(0, first, |env| {
+            self.surfaces(&requests[..len], surface, st, env, tap);
+        });
+        let lanes = Ports::<N> {
+            len,
+            ..Ports::default()
+        };
+        let unit = &self.unit;
+        env.step(1, first, |env| unit.covariance(&lanes, env, tap));
+        env.step(2, first, |env| unit.eigen(&lanes, env, tap));
+        env.step(3, first, |env| unit.footprint(&lanes, env, tap));
+        unit.finish(env, len, texture, out, tap);
+    }
+
+    /// `surface_footprint` of each request, lane by lane.
+    #[inline(always)]
+    fn surfaces<const N: usize, T: Tap>(
+        &self,
+        requests: &[TexWords],
+        surface: &mut [surface_footprint::Out; N],
+        st: &mut [[i64; 2]; N],
+        env: &mut State<N>,
+        tap: &mut T,
+    ) {
+        for (lane, words) in requests.iter().enumerate() {
             let mut flags = NO_FLAGS;
             let mut finite = true;
             let mut sink = Sink {
@@ -138,7 +178,7 @@ impl TexUnit {
                 flags: &mut flags,
                 tap: &mut *tap,
             };
-            let input = self.load(words, &mut state.st[lane], &mut finite, &mut sink);
+            let input = self.load(words, &mut st[lane], &mut finite, &mut sink);
             sink.flags.event(Event::SurfNotFinite, !finite);
             let found = surface_footprint::surface_footprint(
                 &self.surface,
@@ -146,34 +186,25 @@ impl TexUnit {
                 &input,
                 &mut sink,
             );
-            store(&mut state.env.d.d, lane, found.d);
-            state.env.d_exp[lane] = found.d_exp;
-            state.surface[lane] = found;
-            let [u, v] = self.unit.address.center(state.st[lane]);
-            state.env.face.face[lane] = 0;
-            state.env.face.u[lane] = u;
-            state.env.face.v[lane] = v;
-            state.env.flags[lane] = flags;
+            store(&mut env.d.d, lane, found.d);
+            env.d_exp[lane] = found.d_exp;
+            surface[lane] = found;
+            let [u, v] = self.unit.address.center(st[lane]);
+            env.face.face[lane] = 0;
+            env.face.u[lane] = u;
+            env.face.v[lane] = v;
+            env.flags[lane] = flags;
         }
-        let lanes = Ports::<N> {
-            len,
-            ..Ports::default()
-        };
-        let env = &mut state.env;
-        self.unit.covariance(&lanes, env, tap);
-        self.unit.eigen(&lanes, env, tap);
-        self.unit.footprint(&lanes, env, tap);
-        self.unit.finish(env, len, texture, out, tap);
     }
 
-    /// Texels of one lane, by the index of each bilinear footprint's first texel in a level: what a cache of tiles sees.
+    /// The first texel of each bilinear footprint of a lane: what a cache of tiles sees.
     #[inline(always)]
     pub fn footprints<const N: usize>(
         &self,
         state: &TexState<N>,
         lane: usize,
         texture: &Texture,
-        each: &mut dyn FnMut(usize, [usize; 2]),
+        each: &mut dyn FnMut(Corner),
     ) {
         self.unit.footprints(&state.env, lane, texture, each);
     }

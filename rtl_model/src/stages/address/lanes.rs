@@ -16,7 +16,7 @@ use crate::texture::Level;
 pub(crate) const LOW: u64 = 0xffff_ffff;
 
 /// Constants of the lane form.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 pub(super) struct Lanes {
     /// Fraction bits of u and v.
     frac: u32,

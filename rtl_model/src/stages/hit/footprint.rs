@@ -18,7 +18,7 @@ const CONSTANT_FRAC: i64 = 30;
 const FOUR_OVER_PI: i64 = 1_367_130_551;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     shape: HitFootprint,
     env: ConeEnv,

@@ -12,7 +12,7 @@ use crate::tables::rom::mantissa;
 use crate::tap::Tap;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     pub(super) rotation: Option<[[i64; 3]; 3]>,
     mode: LookUp,

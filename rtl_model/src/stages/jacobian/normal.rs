@@ -16,7 +16,7 @@ use crate::tap::Tap;
 const P: i64 = 30;
 
 /// Compiled configuration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Ports of ∂n/∂x and ∂n/∂y.
     pub dn: [Quantizer; 2],

@@ -1,117 +1,13 @@
-//! Borders of the unit's textures and the filter against exact rational arithmetic.
+//! The filter against exact rational arithmetic.
 
-#[path = "../rtl_model/tests/common/mod.rs"]
-mod common;
-
-use common::{Record, Rng, limit, round_ratio};
-use half::f16;
+use crate::common::{Record, Rng, limit, round_ratio};
 use rtl_model::fx::{Flags, Format, Overflow, Rounding};
 use rtl_model::policy::{Count, Weights};
 use rtl_model::stages::filter::weights::weights;
 use rtl_model::stages::{Roms, Sink, address, filter};
-use rtl_model::texel::{decode, half_to_q24, to_half};
-use rtl_model::texture::{Source, Texels};
 use rtl_model::{Config, NoTap, Reg, TexelFormat, Texture};
-use tapline::cube::across_edge;
 
-/// Unbordered levels: size and binary32 words.
-type Levels = Vec<(usize, Vec<[u32; 3]>)>;
-
-fn chain(rng: &mut Rng, size: usize, mut word: impl FnMut(&mut Rng) -> u32) -> Levels {
-    let mut out = Levels::new();
-    let mut n = size;
-    loop {
-        let texels = (0..6 * n * n).map(|_| [0; 3].map(|_: u32| word(rng)));
-        out.push((n, texels.collect()));
-        if n == 1 {
-            return out;
-        }
-        n /= 2;
-    }
-}
-
-/// Texels of many magnitudes: exponents 2^−12…2^15.
-fn any_texel(rng: &mut Rng) -> u32 {
-    rng.bits(115, 142) << 23 | rng.bits(0, 0x7f_ffff)
-}
-
-fn build(config: &Config, levels: &Levels) -> Texture {
-    let sources: Vec<Source<'_>> = levels
-        .iter()
-        .map(|(size, words)| Source { size: *size, words })
-        .collect();
-    Texture::new(config, &sources, &across_edge).expect("legal texels")
-}
-
-/// The texel at (x, y) of a face, one texel beyond its edges included, from the definitions.
-fn texel(config: &Config, level: &(usize, Vec<[u32; 3]>), face: usize, x: i64, y: i64) -> [i64; 3] {
-    let (size, words) = level;
-    let last = i64::try_from(*size).expect("small") - 1;
-    let word = |x: i64, y: i64| {
-        let (face, x, y) = across_edge(*size, face, x, y).expect("at most one step outside");
-        words[(face * size + y) * size + x]
-    };
-    let outside = |t: i64| t < 0 || t > last;
-    if !(outside(x) && outside(y)) {
-        return decode(config, word(x, y));
-    }
-    let (inner_x, inner_y) = (x.clamp(0, last), y.clamp(0, last));
-    let three = [word(inner_x, inner_y), word(x, inner_y), word(inner_x, y)];
-    let mut out = [0; 3];
-    for (c, o) in out.iter_mut().enumerate() {
-        *o = if rtl_model::texel::keeps_half(config) {
-            let sum: f64 = three
-                .iter()
-                .map(|t| f16::from_bits(to_half(t[c])).to_f64())
-                .sum();
-            half_to_q24(f16::from_f64(sum / 3.0).to_bits())
-        } else {
-            let sum: i64 = three.iter().map(|t| decode(config, *t)[c]).sum();
-            i64::try_from(round_ratio(sum.into(), 3, Rounding::HalfEven)).expect("a mean")
-        };
-    }
-    out
-}
-
-#[test]
-fn borders_repeat_the_neighbours_and_corners_hold_the_mean_of_three() {
-    let mut rng = Rng(21);
-    for (format, int, frac) in [
-        (TexelFormat::Half, 17, 24),
-        (TexelFormat::Half, 12, 20),
-        (TexelFormat::Q, 17, 24),
-        (TexelFormat::Unorm8, 1, 12),
-        (TexelFormat::Rgb9e5, 17, 24),
-    ] {
-        let config = Config {
-            texel_format: format,
-            texel_int: int,
-            texel_frac: frac,
-            ..Config::default()
-        };
-        for size in [1, 2, 3, 5, 8] {
-            let levels = vec![chain(&mut rng, size, any_texel).remove(0)];
-            let texture = build(&config, &levels);
-            let wide = texture.widened();
-            let Texels::Wide(texels) = &wide.texels else {
-                panic!("widened texels are wide")
-            };
-            let n = i64::try_from(size).expect("small");
-            for face in 0..6 {
-                for y in -1..=n {
-                    for x in -1..=n {
-                        let place = |t: i64| usize::try_from(t + 1).expect("not negative");
-                        let at = wide.levels[0].index(face, place(x), place(y));
-                        let [r, g, b, rest] = texels[at];
-                        let want = texel(&config, &levels[0], face, x, y);
-                        assert_eq!([r, g, b], want, "{format:?} {size} face {face} ({x}, {y})");
-                        assert_eq!(rest, 0);
-                    }
-                }
-            }
-        }
-    }
-}
+use crate::{Levels, any_texel, build, chain, texel};
 
 fn any_format(rng: &mut Rng, signed: bool, int: (u32, u32), frac: (u32, u32)) -> Format {
     Format {

@@ -1,11 +1,8 @@
 //! Jumps of the colour where a continuous filter would have none: measured and printed.
 
-mod reference_support;
-mod rtl_support;
-
-use reference_support::{PLAIN, Random, plain};
+use crate::reference_support::{PLAIN, Random, plain};
+use crate::rtl_support::{Traced, straight, trace};
 use rtl_model::regs::Reg;
-use rtl_support::{Traced, straight, trace};
 use tapline::engine::encode;
 use tapline::fragment::Fragment;
 use tapline::unit::UnitSpec;

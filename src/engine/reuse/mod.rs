@@ -1,0 +1,81 @@
+//! Results that stay from unit to unit: a sweep changes one knob at a time, and everything in front of the first
+//! register that the knob reaches is there already.
+//!
+//! The key of a step is the hash of its own compiled configuration and of the key of the step before it; two units
+//! with the same key have the same results there. Kept states are run again, in place, from the first step whose
+//! key differs; a lone run and a run from kept states give the same bits.
+
+pub mod env;
+pub mod hit;
+pub mod lines;
+pub mod tex;
+
+use std::hash::{Hash, Hasher};
+
+use rtl_model::Config;
+
+use crate::report::hash::Fnv64;
+
+/// FNV-1a behind the standard library's interface.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepHasher(Fnv64);
+
+impl Hasher for StepHasher {
+    fn finish(&self) -> u64 {
+        self.0.finish()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        self.0 = self.0.write(bytes);
+    }
+}
+
+/// The keys of an operation's steps.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Keys(Vec<u64>);
+
+impl Keys {
+    /// Keys of `steps` steps behind inputs with the key `inputs`.
+    #[must_use]
+    pub fn new(steps: usize, inputs: u64, hash: impl Fn(usize, &mut StepHasher)) -> Self {
+        let mut before = inputs;
+        let key = |number| {
+            let mut hasher = StepHasher::default();
+            before.hash(&mut hasher);
+            hash(number, &mut hasher);
+            before = hasher.finish();
+            before
+        };
+        Self((0..steps).map(key).collect())
+    }
+
+    /// The first step whose results differ from those that `kept` stand for; the number of steps where none does.
+    #[must_use]
+    pub fn first_changed(&self, kept: &Self) -> usize {
+        let pairs = self.0.iter().zip(&kept.0);
+        pairs.take_while(|(a, b)| a == b).count()
+    }
+
+    /// The last step's key: what the filter starts from.
+    #[must_use]
+    pub fn last(&self) -> u64 {
+        self.0.last().copied().unwrap_or(0)
+    }
+}
+
+/// What was run again of a picture, and what was kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Saved {
+    /// Steps that were not run again.
+    pub kept: usize,
+    /// Steps in front of the filter.
+    pub steps: usize,
+}
+
+/// Everything that texels in memory depend on, beside the map.
+fn texel_key(config: &Config) -> u64 {
+    let mut hasher = StepHasher::default();
+    (config.texel_format, config.texel_int, config.texel_frac).hash(&mut hasher);
+    config.tex.wrap.hash(&mut hasher);
+    hasher.finish()
+}

@@ -1,0 +1,494 @@
+//! One picture under many units: everything that does not change from unit to unit is kept.
+//!
+//! Kept are the scene, the references by the policies that they honour, real rays, texels in memory, and the
+//! registers in front of the first one that a unit changes (`engine::reuse`).
+
+use std::collections::BTreeMap;
+
+use crate::engine::float::{EwaEngine, TruthEngine};
+use crate::engine::hit::HitResult;
+use crate::engine::hit_subject::HitSubject;
+use crate::engine::reuse::Saved;
+use crate::engine::reuse::env::KeptEnv;
+use crate::engine::reuse::hit::KeptHit;
+use crate::engine::reuse::lines::{Apart, Line, RtlLine, TexLine, quantile};
+use crate::engine::reuse::tex::KeptTex;
+use crate::engine::tex_subject::TexSubject;
+use crate::engine::{Engine as _, Rendering, Rung, Subject, float};
+use crate::error::InputError;
+use crate::impostor::study::{Case, FAR_SHARE, cases, degrees};
+use crate::picture::Picture;
+use crate::policy::HitStatus;
+use crate::report::metrics;
+use crate::settings::Settings;
+use crate::truth::TruthOptions;
+use crate::unit::UnitSpec;
+
+use super::cost::texels::{Maps, TexelUse, Walk};
+use super::cost::{CostModel, Operation};
+use super::measures::Measures;
+
+/// A scene of one of the three operations.
+#[derive(Debug)]
+pub enum Scene {
+    /// Fragments of reflections.
+    Env(Box<Subject>),
+    /// Rays against an impostor.
+    Hit(Box<HitSubject>),
+    /// Paths with ray cones.
+    Tex(Box<TexSubject>),
+}
+
+/// What a bench keeps of the units before.
+#[derive(Debug)]
+enum Kept {
+    Env(KeptEnv),
+    Hit(KeptHit),
+    Tex(KeptTex),
+}
+
+/// What units are compared with, and how costs are counted.
+#[derive(Clone, Debug)]
+pub struct Measuring {
+    /// References, f64 first.
+    pub against: Vec<Rung>,
+    /// Options of `truth`.
+    pub truth: TruthOptions,
+    /// Exposure in stops.
+    pub exposure: f64,
+    /// The cost model's knobs.
+    pub cost: CostModel,
+    /// Whether results of the units before are used.
+    pub reuse: bool,
+}
+
+/// A reference picture, with its lines where it is the float reference's.
+#[derive(Clone, Debug)]
+struct Reference {
+    rung: Rung,
+    settings: Settings,
+    picture: Picture,
+    lines: Vec<Line>,
+    widths: Vec<f64>,
+}
+
+/// Most references that are kept.
+const MOST_REFERENCES: usize = 24;
+
+/// A scene with everything that is kept from unit to unit.
+#[derive(Debug)]
+pub struct Bench {
+    scene: Scene,
+    kept: Kept,
+    references: Vec<Reference>,
+    cases: Option<Vec<Case>>,
+    texels: BTreeMap<u64, TexelUse>,
+    /// Seconds in the integer model.
+    pub rtl_seconds: f64,
+    /// Steps kept and steps in all.
+    pub saved: [u64; 2],
+}
+
+impl Scene {
+    /// The part of a float engine's settings that this scene's picture depends on.
+    fn settings_that_count(&self, rung: Rung, settings: &Settings) -> Settings {
+        let plain = Settings::default();
+        let mut s = settings.clone();
+        match self {
+            Self::Env(_) => {
+                (s.hit, s.tex) = (plain.hit, plain.tex);
+                (s.cone_rules, s.set_diffuse) = (plain.cone_rules, plain.set_diffuse);
+            }
+            Self::Hit(_) | Self::Tex(_) => {
+                s.roughness_scale = plain.roughness_scale;
+                s.dnmod = plain.dnmod;
+            }
+        }
+        if rung != Rung::F64 {
+            // Neither takes probes.
+            (s.count, s.weights, s.probe_weight_bits) =
+                (plain.count, plain.weights, plain.probe_weight_bits);
+            (s.axis, s.reference_table) = (plain.axis, None);
+        }
+        if rung == Rung::Ewa && matches!(self, Self::Env(_)) {
+            // The Gaussian follows from K alone.
+            (s.max_probes, s.minor) = (plain.max_probes, plain.minor);
+        }
+        if rung == Rung::Truth {
+            // Rays see the environment's rotation and how textures repeat.
+            s = Settings {
+                rotation: s.rotation,
+                tex: s.tex,
+                ..plain
+            };
+        }
+        s
+    }
+
+    /// Fragments, rays or requests.
+    #[must_use]
+    pub fn fragments(&self) -> u64 {
+        match self {
+            Self::Env(s) => crate::engine::to_u64(s.scene.fragments.len()),
+            Self::Hit(s) => crate::engine::to_u64(s.scene.rays.len()),
+            Self::Tex(s) => s.requests,
+        }
+    }
+
+    /// What the unit must be able to do for it.
+    #[must_use]
+    pub fn operation(&self) -> Operation {
+        match self {
+            Self::Env(s) => Operation::Env(s.needs()),
+            Self::Hit(_) => Operation::Hit,
+            Self::Tex(_) => Operation::Tex,
+        }
+    }
+
+    fn maps(&self, spec: &UnitSpec) -> Maps {
+        match self {
+            Self::Env(s) => Maps::cube(&s.map),
+            Self::Hit(s) => Maps::cube(&s.map),
+            Self::Tex(s) => Maps::planar(&s.scene.textures, spec.config.tex.wrap, &s.sky),
+        }
+    }
+}
+
+/// What a bench found about a unit.
+#[derive(Debug)]
+pub struct Found {
+    /// Figures.
+    pub measures: Measures,
+    /// The unit's picture.
+    pub picture: Picture,
+    /// What was not run again.
+    pub saved: Saved,
+}
+
+impl Bench {
+    /// A bench for a scene.
+    #[must_use]
+    pub fn new(scene: Scene) -> Self {
+        let kept = Self::empty(&scene);
+        Self {
+            scene,
+            kept,
+            references: Vec::new(),
+            cases: None,
+            texels: BTreeMap::new(),
+            rtl_seconds: 0.0,
+            saved: [0; 2],
+        }
+    }
+
+    fn empty(scene: &Scene) -> Kept {
+        match scene {
+            Scene::Env(_) => Kept::Env(KeptEnv::default()),
+            Scene::Hit(_) => Kept::Hit(KeptHit::default()),
+            Scene::Tex(_) => Kept::Tex(KeptTex::default()),
+        }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Renders by the integer model.
+    ///
+    /// # Errors
+    /// The unit is refused.
+    pub fn render(
+        &mut self,
+        spec: &UnitSpec,
+        settings: &Settings,
+        reuse: bool,
+    ) -> Result<(Rendering, Vec<HitResult>, Saved), InputError> {
+        if !reuse {
+            self.kept = Self::empty(&self.scene);
+        }
+        let out = match (&self.scene, &mut self.kept) {
+            (Scene::Env(subject), Kept::Env(kept)) => {
+                let (rendering, saved) = kept.render(spec, subject)?;
+                (rendering, Vec::new(), saved)
+            }
+            (Scene::Hit(subject), Kept::Hit(kept)) => kept.render(spec, subject)?,
+            (Scene::Tex(subject), Kept::Tex(kept)) => {
+                let (rendering, saved) = kept.render(spec, settings, subject)?;
+                (rendering, Vec::new(), saved)
+            }
+            (scene, kept) => {
+                // Both are made together; a bench that lost its way starts again.
+                *kept = Self::empty(scene);
+                return self.render(spec, settings, true);
+            }
+        };
+        self.rtl_seconds += out.0.seconds;
+        for (sum, n) in self.saved.iter_mut().zip([out.2.kept, out.2.steps]) {
+            *sum += crate::engine::to_u64(n);
+        }
+        Ok(out)
+    }
+
+    /// Everything about a unit.
+    ///
+    /// # Errors
+    /// The unit is refused.
+    pub fn measure(
+        &mut self,
+        spec: &UnitSpec,
+        settings: &Settings,
+        how: &Measuring,
+    ) -> Result<Found, InputError> {
+        let (rendering, results, saved) = self.render(spec, settings, how.reuse)?;
+        let mut measures = Measures::default();
+        if !how.reuse {
+            self.references.clear();
+        }
+        for rung in &how.against {
+            let index = self.reference(*rung, settings, &how.truth);
+            let reference = &self.references[index];
+            let pair = metrics::compare(&rendering.picture, &reference.picture, how.exposure)?;
+            measures.put_pair(*rung, &pair);
+        }
+        self.compare_lines(settings, how, &mut measures);
+        self.compare_hits(&results, &rendering, &mut measures);
+        let fragments = self.scene.fragments().max(1) as f64;
+        measures.put(
+            "flagged_share",
+            rendering.flags.values().sum::<u64>() as f64 / fragments,
+        );
+        let probes = rendering.probes as f64 / fragments;
+        measures.put("probes_per_fragment", probes);
+        measures.put("texels_per_fragment", rendering.texels as f64 / fragments);
+        let texels = self.texel_use(spec, how);
+        measures.put("tiles", texels.tiles as f64);
+        measures.put("cache_hit_share", texels.hit_share());
+        let look_ups = rendering
+            .searches
+            .as_ref()
+            .map_or(0.0, crate::engine::Searches::look_ups);
+        how.cost.sheet(&spec.config, self.scene.operation()).put(
+            &how.cost,
+            [probes, look_ups],
+            &mut measures,
+        );
+        Ok(Found {
+            measures,
+            picture: rendering.picture,
+            saved,
+        })
+    }
+
+    /// The picture of a reference.
+    #[must_use]
+    pub fn reference_picture(
+        &mut self,
+        rung: Rung,
+        settings: &Settings,
+        truth: &TruthOptions,
+    ) -> &Picture {
+        let index = self.reference(rung, settings, truth);
+        &self.references[index].picture
+    }
+
+    /// The probe lines of the float reference.
+    #[must_use]
+    pub fn reference_lines(&mut self, settings: &Settings, truth: &TruthOptions) -> &[Line] {
+        let index = self.reference(Rung::F64, settings, truth);
+        &self.references[index].lines
+    }
+
+    /// The probe lines of the unit that rendered last, one a fragment, ray or texture request.
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine)) {
+        match &self.kept {
+            Kept::Env(kept) => kept.lines(each),
+            Kept::Hit(kept) => kept.lines(each),
+            Kept::Tex(kept) => kept.lines(&mut |line, _| each(line)),
+        }
+    }
+
+    /// The place of a reference among those that are kept.
+    fn reference(&mut self, rung: Rung, settings: &Settings, truth: &TruthOptions) -> usize {
+        let counts = self.scene.settings_that_count(rung, settings);
+        let known = self
+            .references
+            .iter()
+            .position(|r| r.rung == rung && r.settings == counts);
+        if let Some(index) = known {
+            return index;
+        }
+        let (rendering, lines, widths) = render_reference(&self.scene, rung, settings, truth);
+        if self.references.len() >= MOST_REFERENCES {
+            // Truth costs most and is never dropped.
+            let oldest = self.references.iter().position(|r| r.rung != Rung::Truth);
+            self.references.remove(oldest.unwrap_or(0));
+        }
+        self.references.push(Reference {
+            rung,
+            settings: counts,
+            picture: rendering.picture,
+            lines,
+            widths,
+        });
+        self.references.len() - 1
+    }
+
+    /// The integer model's probe lines against the reference's.
+    fn compare_lines(&mut self, settings: &Settings, how: &Measuring, measures: &mut Measures) {
+        let index = self.reference(Rung::F64, settings, &how.truth);
+        let reference = &self.references[index];
+        let mut apart = Apart::default();
+        let mut widths = Vec::new();
+        let mut theirs = reference.lines.iter();
+        match &self.kept {
+            Kept::Env(kept) => kept.lines(&mut |line| {
+                theirs
+                    .next()
+                    .into_iter()
+                    .for_each(|float| apart.add(line, float));
+            }),
+            Kept::Hit(kept) => kept.lines(&mut |line| {
+                theirs
+                    .next()
+                    .into_iter()
+                    .for_each(|float| apart.add(line, float));
+            }),
+            Kept::Tex(kept) => {
+                let mut exact = reference.widths.iter();
+                kept.lines(&mut |line, width| {
+                    theirs
+                        .next()
+                        .into_iter()
+                        .for_each(|float| apart.add(line, float));
+                    let there = exact.next().copied().unwrap_or(0.0).abs();
+                    widths.push((width.abs() - there).abs() / there.max(f64::MIN_POSITIVE));
+                });
+                if widths.is_empty() {
+                    // Of a scene with very many requests no registers are kept.
+                    return;
+                }
+                widths.sort_by(f64::total_cmp);
+                measures.put("cone_width_p95", quantile(&widths, 95));
+                measures.put("cone_width_max", quantile(&widths, 100));
+            }
+        }
+        let [axis, end, lod] = apart.quantiles();
+        measures.put("axis_p95_deg", axis[0]);
+        measures.put("axis_max_deg", axis[1]);
+        measures.put("line_end_p95", end[0]);
+        measures.put("line_end_max", end[1]);
+        measures.put("lod_p95", lod[0]);
+        measures.put("lod_max", lod[1]);
+        measures.put("count_differs", apart.count_differs());
+    }
+
+    /// The searches against real rays.
+    fn compare_hits(
+        &mut self,
+        results: &[HitResult],
+        rendering: &Rendering,
+        measures: &mut Measures,
+    ) {
+        let (Scene::Hit(subject), Some(searches)) = (&self.scene, &rendering.searches) else {
+            return;
+        };
+        let rays = results.len().max(1) as f64;
+        measures.put("look_ups_per_ray", searches.look_ups());
+        let converged = searches.status.get(HitStatus::Converged.name());
+        measures.put(
+            "converged_share",
+            converged.copied().unwrap_or(0) as f64 / rays,
+        );
+        let cases = self.cases.get_or_insert_with(|| cases(&subject.scene));
+        if cases.len() != results.len() {
+            // Rays that meet nothing have no direction to compare with.
+            return;
+        }
+        let mut angles: Vec<f64> = results
+            .iter()
+            .zip(cases.iter())
+            .map(|(r, case)| degrees(r.l, case.real))
+            .collect();
+        angles.sort_by(f64::total_cmp);
+        measures.put("direction_median_deg", quantile(&angles, 50));
+        measures.put("direction_p95_deg", quantile(&angles, 95));
+        measures.put("direction_max_deg", quantile(&angles, 100));
+        let far = |(r, case): &(&HitResult, &Case)| {
+            r.status == HitStatus::Converged && r.d > case.d * (1.0 + FAR_SHARE)
+        };
+        let false_far = results.iter().zip(cases.iter()).filter(far).count();
+        measures.put("false_far_share", false_far as f64 / rays);
+    }
+
+    /// Tiles and cache of the last rendering.
+    fn texel_use(&mut self, spec: &UnitSpec, how: &Measuring) -> TexelUse {
+        let probes = match &self.kept {
+            Kept::Env(kept) => Some(kept.probes_key()),
+            Kept::Hit(kept) => Some(kept.probes_key()),
+            Kept::Tex(kept) => kept.probes_key(),
+        };
+        let key = probes.map(|probes| super::cost::texels::key(probes, &spec.config));
+        if let Some(known) = key
+            .and_then(|key| self.texels.get(&key))
+            .filter(|_| how.reuse)
+        {
+            return *known;
+        }
+        let mut walk = Walk::new(self.scene.maps(spec), &how.cost.cache, &spec.config);
+        match &self.kept {
+            Kept::Env(kept) => kept.footprints(&mut |corner| walk.touch(0, corner)),
+            Kept::Hit(kept) => kept.footprints(&mut |corner| walk.touch(0, corner)),
+            Kept::Tex(kept) => kept.footprints(&mut |map, corner| walk.touch(map, corner)),
+        }
+        let found = walk.finish();
+        if let Some(key) = key {
+            self.texels.insert(key, found);
+        }
+        found
+    }
+}
+
+/// Renders a reference, f64 with its probe lines and, for textures, the cones' widths.
+fn render_reference(
+    scene: &Scene,
+    rung: Rung,
+    settings: &Settings,
+    truth: &TruthOptions,
+) -> (Rendering, Vec<Line>, Vec<f64>) {
+    let none = |rendering| (rendering, Vec::new(), Vec::new());
+    let (own, options) = (settings.clone(), *truth);
+    let quiet = &|_| {};
+    match (scene, rung) {
+        (Scene::Env(s), Rung::Ewa) => none(EwaEngine { settings: own }.render(s, quiet)),
+        (Scene::Env(s), Rung::Truth) => none(
+            TruthEngine {
+                settings: own,
+                options,
+            }
+            .render(s, quiet),
+        ),
+        (Scene::Hit(s), Rung::Ewa) => none(s.ewa(settings, quiet)),
+        (Scene::Hit(s), Rung::Truth) => none(s.truth(truth, quiet)),
+        (Scene::Tex(s), Rung::Ewa) => none(s.ewa(settings, quiet)),
+        (Scene::Tex(s), Rung::Truth) => none(s.truth(settings, truth, quiet)),
+        (Scene::Env(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
+            let (rendering, lines) = float::env_lines(settings, s);
+            (rendering, lines, Vec::new())
+        }
+        (Scene::Hit(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
+            let (rendering, lines) = s.f64_lines(settings);
+            (rendering, lines, Vec::new())
+        }
+        (Scene::Tex(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
+            let (rendering, lines): (_, Vec<TexLine>) = s.f64_lines(settings);
+            let widths = lines.iter().map(|l| l.width).collect();
+            (
+                rendering,
+                lines.into_iter().map(|l| l.line).collect(),
+                widths,
+            )
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! The charts of a study: the frontier of each picture, and what each axis does to the error.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use super::svg::{Scale, Svg, tick};
+use super::{setting, shown, text};
+use crate::study::front::{figure, larger_is_better};
+use crate::study::store::Results;
+
+/// A chart.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// The picture that it belongs to.
+    pub place: String,
+    /// Its file's name.
+    pub file: String,
+    /// The drawing.
+    pub svg: String,
+    /// What it shows.
+    pub caption: String,
+}
+
+const WIDTH: f64 = 520.0;
+const HEIGHT: f64 = 330.0;
+const LEFT: f64 = 62.0;
+const BOTTOM: f64 = 52.0;
+
+/// Where a row was measured.
+fn place(row: &Value) -> String {
+    let size: Vec<String> = row["size"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(text)
+        .collect();
+    let mut out = format!("{}, {}", text(&row["scene"]), size.join(" × "));
+    for (name, key) in [("", "env"), ("face size ", "face_size")] {
+        if !row[key].is_null() {
+            out += &format!(", {name}{}", text(&row[key]));
+        }
+    }
+    out
+}
+
+/// Every chart, picture by picture.
+pub(super) fn all(results: &Results, on_front: &[bool], error: &str) -> Vec<Chart> {
+    let mut places: Vec<String> = Vec::new();
+    for row in &results.rows {
+        let here = place(row);
+        if !places.contains(&here) {
+            places.push(here);
+        }
+    }
+    let axes: Vec<String> = results.header["axes"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|a| text(&a[0]))
+        .collect();
+    let mut out = Vec::new();
+    for (number, here) in places.iter().enumerate() {
+        let rows: Vec<(&Value, bool)> = results
+            .rows
+            .iter()
+            .zip(on_front)
+            .filter(|(r, _)| place(r) == *here)
+            .map(|(r, on)| (r, *on))
+            .collect();
+        if rows.iter().all(|(r, _)| figure(r, error).is_none()) {
+            continue;
+        }
+        out.extend(frontier(here, number, &rows, error));
+        for axis in &axes {
+            out.extend(effect(here, number, &rows, axis, error));
+        }
+    }
+    out
+}
+
+/// What a figure is called on an axis.
+fn label(name: &str) -> &'static str {
+    match name {
+        "truth_psnr_db" => "PSNR against supersampled rays (dB)",
+        "ewa_psnr_db" => "PSNR against the elliptical Gaussian (dB)",
+        "psnr_db" => "PSNR against f64 (dB)",
+        "gates" => "gate equivalents (thousands)",
+        "cycles_per_fragment" => "cycles per fragment",
+        "direction_p95_deg" => "95th percentile of the direction's error (degrees)",
+        "direction_median_deg" => "median of the direction's error (degrees)",
+        "max_lsb8" => "largest difference from f64 (8-bit steps)",
+        "share_over_1_lsb8" => "share of fragments beyond one 8-bit step",
+        _ => "error",
+    }
+}
+
+/// The frame of a chart: grid, numbers, names.
+fn frame(svg: &mut Svg, x: &Scale, y: &Scale, names: [&str; 2], title: &str) {
+    let (right, base) = (WIDTH - 14.0, HEIGHT - BOTTOM);
+    for t in y.ticks() {
+        svg.line([LEFT, y.at(t)], [right, y.at(t)], "g");
+        svg.text([LEFT - 6.0, y.at(t) + 4.0], "s e", &y.label(t));
+    }
+    for t in x.ticks() {
+        svg.line([x.at(t), 30.0], [x.at(t), base], "g");
+        svg.text([x.at(t), base + 16.0], "s m", &x.label(t));
+    }
+    svg.line([LEFT, base], [right, base], "a");
+    svg.line([LEFT, 30.0], [LEFT, base], "a");
+    svg.text([f64::midpoint(LEFT, right), HEIGHT - 14.0], "m", names[0]);
+    svg.raw(&format!(
+        "<text class=\"m\" transform=\"translate(15 {}) rotate(-90)\">{}</text>",
+        f64::midpoint(30.0, base),
+        names[1]
+    ));
+    svg.text([LEFT, 18.0], "t", title);
+}
+
+/// Error against cost.
+fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> Option<Chart> {
+    let varies = |name: &str| {
+        let mut seen: Vec<u64> = rows
+            .iter()
+            .filter_map(|(r, _)| figure(r, name))
+            .map(f64::to_bits)
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        seen.len() > 1
+    };
+    let cost = ["gates", "cycles_per_fragment"]
+        .into_iter()
+        .find(|name| varies(name))?;
+    let scale = if cost == "gates" { 1e-3 } else { 1.0 };
+    let mut points: Vec<([f64; 2], &Value, bool)> = rows
+        .iter()
+        .filter_map(|(row, on)| {
+            Some(([figure(row, cost)? * scale, figure(row, error)?], *row, *on))
+        })
+        .collect();
+    // Those that matter lie on top.
+    points.sort_by_key(|(_, _, on)| *on);
+    let finite = points.iter().map(|(p, ..)| p[1]).filter(|y| y.is_finite());
+    let top = finite.fold(0.0, f64::max) + 3.0;
+    let value = |y: f64| if y.is_finite() { y } else { top };
+    let x = Scale::new(
+        &points.iter().map(|(p, ..)| p[0]).collect::<Vec<_>>(),
+        false,
+        LEFT,
+        WIDTH - 14.0,
+    );
+    let y = Scale::new(
+        &points.iter().map(|(p, ..)| value(p[1])).collect::<Vec<_>>(),
+        false,
+        HEIGHT - BOTTOM,
+        30.0,
+    );
+    let mut svg = Svg::new(WIDTH, HEIGHT);
+    frame(&mut svg, &x, &y, [label(cost), label(error)], here);
+    let mut steps: Vec<[f64; 2]> = points
+        .iter()
+        .filter(|(.., on)| *on)
+        .map(|(p, ..)| *p)
+        .collect();
+    steps.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut best: Option<f64> = None;
+    let mut line = Vec::new();
+    for [at, worth] in steps {
+        let better = |before: f64| (worth > before) == larger_is_better(error);
+        if best.is_none_or(|before| before.to_bits() != worth.to_bits() && better(before)) {
+            if let Some(before) = best {
+                line.push([x.at(at), y.at(value(before))]);
+            }
+            line.push([x.at(at), y.at(value(worth))]);
+            best = Some(worth);
+        }
+    }
+    svg.polyline(&line, "l");
+    for (p, row, on) in &points {
+        let title = format!(
+            "{}\n{} {}, {} {}",
+            setting(row),
+            label(error),
+            shown(row, error),
+            label(cost),
+            tick(p[0])
+        );
+        let (radius, class) = if *on { (5.0, "f") } else { (3.5, "o") };
+        svg.dot(
+            [x.at(p[0]), y.at(value(p[1]))],
+            radius,
+            class,
+            &text(&row["row"]),
+            &title,
+        );
+    }
+    Some(Chart {
+        place: here.into(),
+        file: format!("frontier-{number}.svg"),
+        svg: svg.finish(&format!("frontier of {here}")),
+        caption: format!(
+            "Each dot is a unit. Orange: on the frontier. The line joins what a given cost buys at best; {} and to the left is better.",
+            if larger_is_better(error) {
+                "up"
+            } else {
+                "down"
+            }
+        ),
+    })
+}
+
+/// What an axis does: the median error at each of its values, and the range over everything else.
+fn effect(
+    here: &str,
+    number: usize,
+    rows: &[(&Value, bool)],
+    axis: &str,
+    error: &str,
+) -> Option<Chart> {
+    let mut by: BTreeMap<usize, (String, Vec<f64>)> = BTreeMap::new();
+    let mut order: Vec<String> = Vec::new();
+    for (row, _) in rows {
+        let (value, Some(y)) = (&row["set"][axis], figure(row, error)) else {
+            continue;
+        };
+        if value.is_null() || !y.is_finite() {
+            continue;
+        }
+        let name = text(value);
+        let at = order.iter().position(|o| *o == name).unwrap_or_else(|| {
+            order.push(name.clone());
+            order.len() - 1
+        });
+        by.entry(at).or_insert((name, Vec::new())).1.push(y);
+    }
+    if by.len() < 2 || by.len() > 64 {
+        return None;
+    }
+    let mut groups: Vec<(String, Vec<f64>)> = by.into_values().collect();
+    let numbers: Option<Vec<f64>> = groups.iter().map(|(name, _)| name.parse().ok()).collect();
+    let (positions, log) = match numbers {
+        Some(numbers) => {
+            let mut joined: Vec<(f64, (String, Vec<f64>))> =
+                numbers.into_iter().zip(groups).collect();
+            joined.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (positions, sorted): (Vec<f64>, Vec<_>) = joined.into_iter().unzip();
+            groups = sorted;
+            let wide = positions[0] > 0.0 && positions[positions.len() - 1] / positions[0] >= 16.0;
+            (positions, wide)
+        }
+        None => ((0..groups.len()).map(|i| i as f64).collect(), false),
+    };
+    let named = groups.iter().any(|(name, _)| name.parse::<f64>().is_err());
+    let all: Vec<f64> = groups
+        .iter()
+        .flat_map(|(_, ys)| ys.iter().copied())
+        .collect();
+    let x = Scale::new(&positions, log, LEFT, WIDTH - 14.0);
+    let y = Scale::new(&all, false, HEIGHT - BOTTOM, 30.0);
+    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let (mut upper, mut lower, mut middle) = (Vec::new(), Vec::new(), Vec::new());
+    for ((_, ys), at) in groups.iter_mut().zip(&positions) {
+        ys.sort_by(f64::total_cmp);
+        upper.push([x.at(*at), y.at(ys[ys.len() - 1])]);
+        lower.push([x.at(*at), y.at(ys[0])]);
+        middle.push([x.at(*at), y.at(ys[ys.len() / 2])]);
+    }
+    let scale = if named {
+        Scale::new(&[], false, LEFT, WIDTH - 14.0)
+    } else {
+        x.clone()
+    };
+    frame(&mut svg, &scale, &y, [axis, label(error)], here);
+    if named {
+        // Names instead of numbers: the frame's own are covered.
+        svg.raw(&format!(
+            "<rect x=\"{LEFT}\" y=\"{}\" width=\"{}\" height=\"20\" fill=\"#fff\"/>",
+            HEIGHT - BOTTOM + 2.0,
+            WIDTH - LEFT
+        ));
+        for ((name, _), at) in groups.iter().zip(&positions) {
+            svg.text([x.at(*at), HEIGHT - BOTTOM + 16.0], "s m", name);
+        }
+    }
+    let band: Vec<String> = upper
+        .iter()
+        .chain(lower.iter().rev())
+        .map(|p| format!("{},{}", super::svg::n(p[0]), super::svg::n(p[1])))
+        .collect();
+    svg.raw(&format!(
+        "<polygon class=\"band\" points=\"{}\"/>",
+        band.join(" ")
+    ));
+    svg.polyline(&middle, "b");
+    for (p, (name, ys)) in middle.iter().zip(&groups) {
+        let title = format!(
+            "{axis} = {name}: median {} of {} units",
+            tick(ys[ys.len() / 2]),
+            ys.len()
+        );
+        svg.dot(*p, 4.0, "r", "", &title);
+    }
+    let stem: String = axis
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+        .collect();
+    Some(Chart {
+        place: here.into(),
+        file: format!("{stem}-{number}.svg"),
+        svg: svg.finish(&format!("{axis} in {here}")),
+        caption: format!(
+            "{axis}: the median over all units with that value; the band reaches from the worst to the best of them."
+        ),
+    })
+}
