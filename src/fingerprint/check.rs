@@ -31,10 +31,8 @@ pub struct Group {
     pub within: usize,
     /// That step, as a share of the range of the texels.
     pub step: f64,
-    /// Largest distance.
-    pub worst: f64,
-    /// Mean distance.
-    pub mean: f64,
+    /// Largest and mean distance.
+    pub fit: Fit<()>,
     /// Further look-ups whose quad lies on several faces of a cube, and how many of those are within one step. They count apart:
     /// what a driver takes for their differences is not defined by any rule above.
     pub straddling: [usize; 2],
@@ -121,11 +119,7 @@ pub fn lines(
             .zip(&predicted)
             .map(|(a, b)| distance(a, b))
             .collect();
-        fits.push(Fit {
-            rule: line,
-            worst: distances.iter().copied().fold(0.0, f64::max),
-            mean: distances.iter().sum::<f64>() / distances.len() as f64,
-        });
+        fits.push(Fit::of(line, &distances));
     }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));
     Ok(fits)
@@ -177,8 +171,7 @@ pub fn check(
         exact: below(libm::exp2(-16.0)),
         within: below(step),
         step,
-        worst: distances.iter().copied().fold(0.0, f64::max),
-        mean: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+        fit: Fit::of((), &distances),
         straddling,
     })
 }

@@ -235,25 +235,31 @@ pub struct Fit<R> {
     pub mean: f64,
 }
 
-/// Rules by how well they fit, the best first.
+impl<R> Fit<R> {
+    /// A rule by its distances.
+    #[must_use]
+    pub fn of(rule: R, distances: &[f64]) -> Self {
+        Self {
+            rule,
+            worst: distances.iter().copied().fold(0.0, f64::max),
+            mean: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+        }
+    }
+}
+
+/// Rules by how well they fit, the best first; among equals the plainer, earlier one.
 pub fn rank<R: Copy, T>(
     rules: &[R],
     cases: &[(T, f64)],
     predict: impl Fn(R, &T) -> f64,
 ) -> Vec<Fit<R>> {
-    let mut fits: Vec<Fit<R>> = rules
-        .iter()
-        .map(|rule| {
-            let distances = cases
-                .iter()
-                .map(|(case, seen)| (predict(*rule, case) - seen).abs());
-            Fit {
-                rule: *rule,
-                worst: distances.clone().fold(0.0, f64::max),
-                mean: distances.sum::<f64>() / cases.len().max(1) as f64,
-            }
-        })
-        .collect();
+    let mut fits: Vec<Fit<R>> = Vec::new();
+    for rule in rules {
+        let distances = cases
+            .iter()
+            .map(|(case, seen)| (predict(*rule, case) - seen).abs());
+        fits.push(Fit::of(*rule, &distances.collect::<Vec<_>>()));
+    }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));
     fits
 }

@@ -12,12 +12,15 @@ mod json;
 pub mod levels;
 pub mod model;
 mod picture;
+mod picture_map;
 mod plot;
 pub mod rho;
+pub mod shapes;
 pub mod steps;
 pub mod taps;
 pub mod texels;
 mod text;
+mod text_taps;
 pub mod transfer;
 pub mod unit;
 

@@ -1,9 +1,10 @@
 //! The analysis finds the rules that a model was given. No GPU is needed.
 
-use tapline::fingerprint::aniso::{CLAMPS, Count};
+use tapline::fingerprint::aniso::{CLAMPS, Count, Lengths, LodRule, Mix, Width};
+use tapline::fingerprint::check::lines;
 use tapline::fingerprint::cube::{self, ties};
 use tapline::fingerprint::levels::{Log, curve, mip_weights, rho};
-use tapline::fingerprint::model::{Corner, Line, Model, Seam, Spacing};
+use tapline::fingerprint::model::{Corner, Line, Model, Rule, Seam, Spacing};
 use tapline::fingerprint::rho::{PLANAR_RULES, PROJECTIONS};
 use tapline::fingerprint::steps::{Rounding, Staircase, Steps, grid_bits, staircase};
 use tapline::fingerprint::taps::{Footprint, taps};
@@ -11,7 +12,7 @@ use tapline::fingerprint::texels::{coordinates, weights};
 use tapline::fingerprint::unit::{Format, Shape, Source, to_index};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
 
-use crate::models::{bits, odd, orthodox};
+use crate::models::{bits, odd, orthodox, rules};
 
 fn sweep(weight: impl Fn(f64) -> f64) -> Staircase {
     let weights = (0..=4096).map(|k| weight(f64::from(k) / 4096.0));
@@ -244,6 +245,35 @@ fn an_odd_unit_is_found_with_every_rule_and_predicts_itself() {
         "straight lines between whole levels",
     ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+}
+
+#[test]
+fn an_ellipse_is_told_from_taps_and_its_seams_from_each_other() {
+    let lod = LodRule {
+        width: Width::Minor,
+        lengths: Lengths::Derivatives,
+        mix: Mix::Floor,
+    };
+    for (shape, seam) in [
+        (Shape::Planar, Seam::Clamped),
+        (Shape::Cube, Seam::Clamped),
+        (Shape::Cube, Seam::Neighbour),
+    ] {
+        let mut unit = orthodox();
+        unit.rules = rules(shape, lod, Line::Ellipse(seam));
+        let rule = Rule {
+            line: Line::Single,
+            ..unit.rules[0]
+        };
+        let claims = unit.clone();
+        let lines = lines(&mut unit, &claims, rule).expect("a model does not fail");
+        assert_eq!(lines[0].rule, Line::Ellipse(seam));
+        assert!(
+            lines[0].worst < 1e-6 && lines[1].mean > 1e-3,
+            "{:?}",
+            &lines[..2]
+        );
     }
 }
 
