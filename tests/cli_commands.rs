@@ -52,8 +52,10 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let out = path("out");
     let small = ["--size", "40x40", "--face-size", "32", "--samples", "16"];
+    let engines = ["--engines", "rtl,f64,ewa,truth"];
     let mut args = vec!["compare", "room", "--json", "-", "--out", &out];
     args.extend(small);
+    args.extend(engines);
     let value = tapline(&args).done().json();
     let rays = value["fragments"].as_u64().unwrap();
     assert!(rays > 400, "{rays}");
@@ -446,6 +448,8 @@ fn the_number_of_threads_and_repetition_change_no_bit() {
             "4",
             "--threads",
             threads,
+            "--engines",
+            "rtl,f64,ewa,truth",
             "--out",
             out.to_str().unwrap(),
             "--json",

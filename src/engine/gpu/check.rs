@@ -9,6 +9,7 @@ mod behind;
 mod env;
 mod hit;
 mod hit_stage;
+mod probes;
 mod tex;
 
 use env::{Rotation, rotation};
