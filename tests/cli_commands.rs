@@ -23,18 +23,7 @@ fn keys(value: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn commands_of_later_versions_say_so_whatever_follows() {
-    for args in [
-        &["gpu"][..],
-        &["gpu", "list"],
-        &["vectors", "gen", "eigen", "--level", "1"],
-        &["vectors", "--", "-x"],
-        &["conform", "--unit", "x"],
-        &["budget"],
-        &["fingerprint", "--adapter"],
-    ] {
-        tapline(args).refused(&[args[0], "not built yet"]);
-    }
+fn distances_are_refused_where_no_scene_reads_them() {
     // ENV scenes have no distances.
     for flag in ["--distance"] {
         for args in [

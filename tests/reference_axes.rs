@@ -18,7 +18,7 @@ fn axes(k: [f64; 3], minor: Minor) -> Axes<f64> {
     eigen(k, [None; 2], (Axis::EigenExact, minor), None, &mut NoTap)
 }
 
-fn probes(lambda: [f64; 2], count: Count, max_probes: u32) -> Footprint {
+fn probes(lambda: [f64; 2], count: Count, max_probes: u32) -> Footprint<f64> {
     let chain = Chain {
         size: 256,
         levels: 9,

@@ -6,11 +6,13 @@ mod ports;
 mod run;
 mod steps;
 mod tex;
+mod wires;
 
 pub use block::{Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
 pub use steps::{ENV_STEPS, HIT_STEPS, MOST_STEPS, Marks, TEX_STEPS};
 pub use tex::{Tangents, TexState, TexUnit, TexWords};
+pub use wires::{Alone, Carries, Wire};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;

@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::distance::Distance;
 use crate::error::InputError;
+use crate::gpu::Gpu;
 use crate::image::load::LoadOptions;
 use crate::image::load_distance;
 use crate::settings::Settings;
@@ -175,9 +176,41 @@ pub(super) struct RunArgs {
     /// Axis of the float reference where the unit's comes from the table.
     #[arg(long, value_enum, default_value_t = ReferenceAxis::Exact)]
     pub(super) reference_axis: ReferenceAxis,
-    /// GPU adapter (no GPU engine in this version).
-    #[arg(long, value_name = "NAME")]
-    pub(super) adapter: Option<String>,
+    #[command(flatten)]
+    pub(super) adapter: AdapterArgs,
+}
+
+/// Which GPU.
+#[derive(Clone, Debug, Args)]
+pub(super) struct AdapterArgs {
+    /// GPU adapter: its index in `tapline gpu list` or a part of its name.
+    #[arg(long = "adapter", value_name = "NAME")]
+    name: Option<String>,
+}
+
+impl AdapterArgs {
+    /// Opens the adapter that was named, or the best one.
+    pub(super) fn open(&self) -> Result<Gpu, InputError> {
+        Ok(Gpu::open(self.name.as_deref())?)
+    }
+
+    /// Whether an adapter was named.
+    pub(super) const fn is_named(&self) -> bool {
+        self.name.is_some()
+    }
+
+    /// Refuses `--adapter` where nothing runs on a GPU.
+    pub(super) fn refuse(&self) -> Result<(), InputError> {
+        let Some(name) = &self.name else {
+            return Ok(());
+        };
+        Err(InputError::new(
+            "--adapter",
+            "no adapter: nothing that was asked for runs on a GPU",
+            format!("`{name}`"),
+            "leave it out",
+        ))
+    }
 }
 
 /// Most threads that `--threads` takes.
@@ -210,16 +243,8 @@ pub(super) fn threads(threads: usize) -> Result<(), InputError> {
 }
 
 impl RunArgs {
-    /// Sets the number of threads; refuses an adapter, as there is no GPU engine.
+    /// Sets the number of threads.
     pub(super) fn prepare(&self) -> Result<(), InputError> {
-        if let Some(adapter) = &self.adapter {
-            return Err(InputError::new(
-                "--adapter",
-                "no adapter: this version has no gpu engine",
-                format!("`{adapter}`"),
-                "leave it out",
-            ));
-        }
         threads(self.threads)
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::args::{RunArgs, SceneArgs, UnitArgs};
+use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
@@ -10,9 +10,11 @@ use super::job::{Caustics, Job};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
+use crate::engine::gpu::check::StageChecks;
 use crate::engine::registers::RegisterErrors;
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
+use crate::gpu::Gpu;
 use crate::report::metrics::{self, Pair};
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
@@ -23,7 +25,7 @@ pub(super) struct Args {
     /// Built-in scene; `tapline scenes` lists them.
     #[arg(default_value = "scratches")]
     pub(super) scene: String,
-    /// Engines, in any order: rtl, gpu, f64, ewa, truth. All that are there if not given.
+    /// Engines, in any order: rtl, gpu, sampler, f64, ewa, truth. All that are there but sampler if not given.
     #[arg(long, value_delimiter = ',', value_enum)]
     engines: Vec<Rung>,
     /// Folder for pictures, error maps and report.html; made if it is not there.
@@ -52,7 +54,7 @@ pub(super) struct Args {
 /// Why an engine is not among the results.
 pub(super) struct Skipped {
     pub(super) rung: Rung,
-    pub(super) why: &'static str,
+    pub(super) why: String,
 }
 
 /// What a run of the command found.
@@ -63,10 +65,14 @@ pub(super) struct Results {
     pub(super) pairs: Vec<(Rung, Rung, Pair)>,
     /// `rtl` against `f64`, where both ran.
     pub(super) registers: Option<RegisterErrors>,
+    /// `gpu` against `f64`, stage by stage at the same operands, where both ran.
+    pub(super) stages: Option<StageChecks>,
     /// The scene's caustic, if it has one.
     pub(super) caustics: Option<Caustics>,
     /// The engines that did not run.
     pub(super) skipped: Vec<Skipped>,
+    /// Name and driver of the GPU that took part.
+    pub(super) adapter: Option<String>,
 }
 
 impl Results {
@@ -76,12 +82,26 @@ impl Results {
             .find(|(r, _)| *r == rung)
             .map(|(_, r)| r)
     }
+
+    /// Compares two engines that ran, unless that is done already.
+    fn pair(&mut self, a: Rung, b: Rung, exposure: f64) -> Result<(), InputError> {
+        let done = self.pairs.iter().any(|(x, y, _)| (*x, *y) == (a, b));
+        if let (false, Some(ra), Some(rb)) = (done, self.get(a), self.get(b)) {
+            let metrics = metrics::compare_with_flip(&ra.picture, &rb.picture, exposure)?;
+            self.pairs.push((a, b, metrics));
+        }
+        Ok(())
+    }
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
-    let (rungs, skipped) = choose(&args.engines)?;
+    let Chosen {
+        rungs,
+        skipped,
+        gpu,
+    } = choose(&args.engines, &args.run.adapter)?;
     let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &rungs)?;
     let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &rungs)?;
     let spec = args.unit.load()?;
@@ -104,8 +124,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let origin = Origin::new(&spec);
-    let mut results = render_all(args, &rungs, &spec, &settings, &job)?;
-    results.skipped = skipped;
+    let mut results = render_all(args, &rungs, &spec, &settings, &job, gpu)?;
+    results.skipped.extend(skipped);
+    for (a, b) in min_psnr
+        .iter()
+        .chain(&max_lsb8)
+        .map(|bound| (bound.a, bound.b))
+    {
+        results.pair(a, b, args.scene_args.exposure)?;
+    }
     let value = to_json(args, &origin, &spec, &job, &results);
     if !json_target.takes_stdout() {
         unless_closed(print_tables(args, &spec, &job, &results, &settings))?;
@@ -114,7 +141,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         files.write(args, &origin, &job, &settings, &results, &value)?;
     }
     unless_closed(json_target.write(&value))?;
-    judge(args, &results, &min_psnr, &max_lsb8)
+    judge(&results, &min_psnr, &max_lsb8)
 }
 
 /// A reader of stdout that has gone changes neither the files nor the verdict.
@@ -125,34 +152,40 @@ fn unless_closed(result: Result<(), Failure>) -> Result<(), Failure> {
     }
 }
 
-/// The engines asked for, in the ladder's order, and what is left out.
-fn choose(asked: &[Rung]) -> Result<(Vec<Rung>, Vec<Skipped>), InputError> {
-    let why = "not built in this version";
-    if asked.contains(&Rung::Gpu) {
-        return Err(InputError::new(
-            "--engines",
-            "engines that are there: rtl, f64, ewa, truth",
-            "gpu, which is not built in this version",
-            "leave gpu out",
-        ));
+/// What a run renders.
+struct Chosen {
+    /// In the ladder's order.
+    rungs: Vec<Rung>,
+    skipped: Vec<Skipped>,
+    gpu: Option<Gpu>,
+}
+
+/// The engines asked for, or all; the gpu is left out where none was named and there is none.
+fn choose(asked: &[Rung], adapter: &AdapterArgs) -> Result<Chosen, InputError> {
+    let wanted = |r: &Rung| (asked.is_empty() && r.is_default()) || asked.contains(r);
+    let mut rungs: Vec<Rung> = Rung::ALL.into_iter().filter(wanted).collect();
+    let mut skipped = Vec::new();
+    let mut gpu = None;
+    if !rungs.iter().any(|r| r.needs_gpu()) {
+        adapter.refuse()?;
+    } else {
+        match adapter.open() {
+            Ok(open) => gpu = Some(open),
+            Err(error) if asked.is_empty() && !adapter.is_named() => {
+                rungs.retain(|r| *r != Rung::Gpu);
+                skipped.push(Skipped {
+                    rung: Rung::Gpu,
+                    why: error.found,
+                });
+            }
+            Err(error) => return Err(error),
+        }
     }
-    if asked.is_empty() {
-        let rungs = Rung::ALL.into_iter().filter(|r| *r != Rung::Gpu).collect();
-        return Ok((
-            rungs,
-            vec![Skipped {
-                rung: Rung::Gpu,
-                why,
-            }],
-        ));
-    }
-    Ok((
-        Rung::ALL
-            .into_iter()
-            .filter(|r| asked.contains(r))
-            .collect(),
-        Vec::new(),
-    ))
+    Ok(Chosen {
+        rungs,
+        skipped,
+        gpu,
+    })
 }
 
 fn parse_bounds(name: &str, texts: &[String], rungs: &[Rung]) -> Result<Vec<Bound>, InputError> {
@@ -181,6 +214,7 @@ fn render_all(
     spec: &UnitSpec,
     settings: &Settings,
     job: &Job,
+    gpu: Option<Gpu>,
 ) -> Result<Results, Failure> {
     let rtl = if rungs.contains(&Rung::Rtl) {
         Some(job.rtl(spec)?)
@@ -193,23 +227,33 @@ fn render_all(
         ..TruthOptions::default()
     };
     let mut renderings = Vec::new();
+    let mut skipped = Vec::new();
+    let adapter = gpu.as_ref().map(|gpu| gpu.adapter().title());
     for rung in rungs {
         let bar = Bar::new(rung.name(), job.total(*rung));
         let progress = |n| bar.add(n);
         let rendering = match (rung, &rtl) {
             (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
+            (Rung::Gpu | Rung::Sampler, _) => {
+                let made = gpu
+                    .as_ref()
+                    .map(|gpu| job.render_on(gpu, *rung, settings, &progress));
+                match made.transpose() {
+                    Ok(rendering) => rendering,
+                    // What the device cannot do is no reason to give up the others, unless it was named.
+                    Err(error) if args.engines.is_empty() => {
+                        let why = InputError::from(error).found;
+                        skipped.push(Skipped { rung: *rung, why });
+                        None
+                    }
+                    Err(error) => return Err(InputError::from(error).into()),
+                }
+            }
             _ => job.render_float(*rung, settings, &options, &progress),
         };
         renderings.extend(rendering.map(|r| (*rung, r)));
     }
-    let mut pairs = Vec::new();
-    for pair in renderings.windows(2) {
-        if let [(a, ra), (b, rb)] = pair {
-            let metrics =
-                metrics::compare_with_flip(&ra.picture, &rb.picture, args.scene_args.exposure)?;
-            pairs.push((*a, *b, metrics));
-        }
-    }
+    let neighbours: Vec<(Rung, Rung)> = renderings.windows(2).map(|w| (w[0].0, w[1].0)).collect();
     let registers = match &rtl {
         Some(rtl) if rungs.contains(&Rung::F64) => {
             let bar = Bar::new("registers", job.total(Rung::Rtl));
@@ -217,34 +261,38 @@ fn render_all(
         }
         Some(_) | None => None,
     };
-    Ok(Results {
+    let both = [Rung::Gpu, Rung::F64].map(|rung| renderings.iter().any(|(r, _)| *r == rung));
+    let stages = match &gpu {
+        Some(gpu) if both == [true; 2] => {
+            let bar = Bar::new("stages", job.total(Rung::Rtl));
+            let checked = job.check_stages(gpu, settings, &|n| bar.add(n));
+            Some(checked.map_err(InputError::from)?)
+        }
+        Some(_) | None => None,
+    };
+    let mut results = Results {
         renderings,
-        pairs,
+        pairs: Vec::new(),
         registers,
+        stages,
         caustics: job.caustics(rungs, rtl.as_ref(), settings),
-        skipped: Vec::new(),
-    })
+        skipped,
+        adapter,
+    };
+    for (a, b) in neighbours {
+        results.pair(a, b, args.scene_args.exposure)?;
+    }
+    Ok(results)
 }
 
-fn judge(
-    args: &Args,
-    results: &Results,
-    min_psnr: &[Bound],
-    max_lsb8: &[Bound],
-) -> Result<(), Failure> {
-    let pair = |bound: &Bound| -> Result<Option<Pair>, Failure> {
-        let (Some(a), Some(b)) = (results.get(bound.a), results.get(bound.b)) else {
-            return Ok(None);
-        };
-        Ok(Some(metrics::compare(
-            &a.picture,
-            &b.picture,
-            args.scene_args.exposure,
-        )?))
+fn judge(results: &Results, min_psnr: &[Bound], max_lsb8: &[Bound]) -> Result<(), Failure> {
+    let pair = |bound: &Bound| {
+        let mut pairs = results.pairs.iter();
+        pairs.find_map(|(a, b, pair)| ((*a, *b) == (bound.a, bound.b)).then_some(pair))
     };
     let mut broken = Vec::new();
     for bound in min_psnr {
-        if let Some(db) = pair(bound)?.and_then(|p| p.psnr_db)
+        if let Some(db) = pair(bound).and_then(|p| p.psnr_db)
             && db < bound.limit
         {
             broken.push(format!(
@@ -256,7 +304,7 @@ fn judge(
         }
     }
     for bound in max_lsb8 {
-        if let Some(p) = pair(bound)?
+        if let Some(p) = pair(bound)
             && p.max_lsb8 > bound.limit
         {
             broken.push(format!(

@@ -10,6 +10,7 @@ use super::compare::{Args, Results};
 use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
 use crate::caustic::difference;
+use crate::engine::gpu::check::StageChecks;
 use crate::engine::registers::{RegisterError, RegisterErrors};
 use crate::engine::{Rung, to_u64};
 use crate::report::table::{Align, Table, count, fixed, optional, significant};
@@ -72,6 +73,10 @@ pub(super) fn to_json(
         if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
             map.insert("standard_error".into(), json!(error));
         }
+        if let (Some((fragments, first)), Some(map)) = (r.beyond_f32, engine.as_object_mut()) {
+            let beyond = json!({"fragments": fragments, "first_pixel": first});
+            map.insert("beyond_f32".into(), beyond);
+        }
         if let (Some(searches), Some(map)) = (&r.searches, engine.as_object_mut()) {
             let hit = json!({
                 "status": searches.status,
@@ -105,6 +110,9 @@ pub(super) fn to_json(
         })
     });
     root.insert("registers".into(), Value::Array(rows.collect()));
+    if let Some(stages) = &results.stages {
+        root.insert("stages".into(), stages_json(stages));
+    }
     root.insert("flags".into(), json!(flags(results)));
     if let Some(caustics) = &results.caustics {
         root.insert("caustic".into(), caustic_json(caustics));
@@ -115,7 +123,7 @@ pub(super) fn to_json(
         .map(|s| json!({"engine": s.rung.name(), "why": s.why}))
         .collect();
     root.insert("skipped".into(), Value::Array(skipped));
-    root.insert("adapter".into(), Value::Null);
+    root.insert("adapter".into(), json!(results.adapter));
     Value::Object(root)
 }
 
@@ -186,6 +194,75 @@ fn print_caustic(out: &mut impl std::io::Write, caustics: &Caustics) -> Result<(
         ]);
     }
     writeln!(out, "{table}")?;
+    Ok(())
+}
+
+/// The registers of the stages' own kernels, as JSON.
+fn stages_json(stages: &StageChecks) -> Value {
+    let rows: Vec<Value> = stages
+        .rows
+        .iter()
+        .filter(|r| r.compared > 0)
+        .map(|r| {
+            json!({
+                "stage": r.stage.name(), "register": r.register, "compared": r.compared,
+                "worst_ulp": r.worst_ulp, "worst_share": r.worst_share, "undecided": r.undecided,
+                "unbounded": r.unbounded, "unexplained": r.unexplained,
+            })
+        })
+        .collect();
+    let first = stages.first.as_ref().map(|d| {
+        json!({
+            "stage": d.stage.name(), "register": d.register, "pixel": d.pixel,
+            "gpu": d.gpu, "f64": d.f64, "tolerance": d.tolerance, "operands": d.operands,
+        })
+    });
+    json!({"fragments": stages.fragments, "registers": rows, "first_difference": first})
+}
+
+/// The registers of the stages' own kernels, and the first that nothing explains.
+fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(), Failure> {
+    let mut table = Table::new(&[
+        ("register (gpu - f64, stage by stage)", Align::Left),
+        ("compared", Align::Right),
+        ("worst (2^-23 of it)", Align::Right),
+        ("worst (of tolerance)", Align::Right),
+        ("undecided", Align::Right),
+        ("no bound", Align::Right),
+        ("unexplained", Align::Right),
+    ]);
+    for r in stages.rows.iter().filter(|r| r.compared > 0) {
+        table.row([
+            format!("{}.{}", r.stage.name(), r.register),
+            count(r.compared),
+            significant(r.worst_ulp, 3),
+            significant(r.worst_share, 3),
+            count(r.undecided),
+            count(r.unbounded),
+            count(r.unexplained),
+        ]);
+    }
+    writeln!(out, "\n{table}")?;
+    let Some(d) = &stages.first else {
+        writeln!(out, "no difference of a stage's register is unexplained")?;
+        return Ok(());
+    };
+    let [x, y] = d.pixel;
+    writeln!(
+        out,
+        "first unexplained difference: {}.{} at pixel {x},{y}",
+        d.stage.name(),
+        d.register
+    )?;
+    for (name, values) in [
+        ("gpu", &d.gpu),
+        ("f64", &d.f64),
+        ("tolerance", &d.tolerance),
+    ] {
+        writeln!(out, "  {name:9} {values:?}")?;
+    }
+    let operands: Vec<String> = d.operands.iter().map(|w| format!("{w:08x}")).collect();
+    writeln!(out, "  operands  {}", operands.join(" "))?;
     Ok(())
 }
 
@@ -340,8 +417,24 @@ pub(super) fn print_tables(
             )?;
         }
     }
+    if let Some(stages) = &results.stages {
+        print_stages(&mut out, stages)?;
+    }
     for (name, n) in flags(results) {
         writeln!(out, "flag {name}: {} fragments", count(n))?;
+    }
+    if let Some(adapter) = &results.adapter {
+        writeln!(out, "gpu: {adapter}")?;
+    }
+    for (rung, r) in &results.renderings {
+        if let Some((fragments, [x, y])) = r.beyond_f32 {
+            writeln!(
+                out,
+                "{}: {} fragments left the range of f32, the first at pixel {x},{y}",
+                rung.name(),
+                count(fragments)
+            )?;
+        }
     }
     for s in &results.skipped {
         writeln!(out, "not checked: {} ({})", s.rung.name(), s.why)?;

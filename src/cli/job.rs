@@ -5,13 +5,19 @@ use super::subject;
 use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
+use crate::engine::gpu::GpuEnv;
+use crate::engine::gpu::check::{StageChecks, check_env, check_hit, check_tex};
+use crate::engine::gpu::hit::GpuHit;
+use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
+use crate::engine::sampler::SamplerEngine;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
 use crate::error::InputError;
+use crate::gpu::{Gpu, GpuError};
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
 use crate::scene::world::light::WallMap;
@@ -226,6 +232,68 @@ impl Job {
         }
     }
 
+    /// Renders on a GPU: by its own sampler, else by kernels.
+    pub(super) fn render_on(
+        &self,
+        gpu: &Gpu,
+        rung: Rung,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<Rendering, GpuError> {
+        if rung != Rung::Sampler {
+            return self.render_gpu(gpu, settings, progress);
+        }
+        match self {
+            Self::Env(s) => SamplerEngine::new(gpu, &s.map)?.env(settings, s, progress),
+            Self::Hit(s) => SamplerEngine::new(gpu, &s.map)?.hit(settings, s, progress),
+            Self::Tex(_) => Err(GpuError::Unsupported {
+                adapter: gpu.adapter().title(),
+                doing: "a scene of the TEX operation by the engine sampler".into(),
+                lacks: "an engine for it: sampler has ENV and HIT scenes".into(),
+            }),
+        }
+    }
+
+    /// Renders by a GPU's kernels.
+    fn render_gpu(
+        &self,
+        gpu: &Gpu,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<Rendering, GpuError> {
+        match self {
+            Self::Env(s) => {
+                let first = s.scene.fragments.first().map(|f| &f.fragment);
+                GpuEnv::new(gpu, settings, &s.map, first)?.render(s, progress)
+            }
+            Self::Hit(s) => {
+                let map = Some(&s.map);
+                s.gpu(
+                    &GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?,
+                    progress,
+                )
+            }
+            Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
+        }
+    }
+
+    /// Every register of every stage of a GPU's kernels against the float reference.
+    pub(super) fn check_stages(
+        &self,
+        gpu: &Gpu,
+        settings: &Settings,
+        progress: Progress<'_>,
+    ) -> Result<StageChecks, GpuError> {
+        match self {
+            Self::Env(s) => check_env(gpu, settings, &s.map, &s.scene.fragments, progress),
+            Self::Hit(s) => {
+                let rays: Vec<_> = s.scene.rays.iter().map(|r| (r.pixel, r.fragment)).collect();
+                check_hit(gpu, settings, (&s.map, &s.distance), &rays, progress)
+            }
+            Self::Tex(s) => check_tex(gpu, settings, s, progress),
+        }
+    }
+
     /// Renders by one of the float engines; nothing for the others.
     pub(super) fn render_float(
         &self,
@@ -236,7 +304,7 @@ impl Job {
     ) -> Option<Rendering> {
         let settings = settings.clone();
         match (self, rung) {
-            (_, Rung::Rtl | Rung::Gpu) => None,
+            (_, Rung::Rtl | Rung::Gpu | Rung::Sampler) => None,
             (Self::Env(s), Rung::F64) => Some(F64Engine { settings }.render(s, progress)),
             (Self::Env(s), Rung::Ewa) => Some(EwaEngine { settings }.render(s, progress)),
             (Self::Env(s), Rung::Truth) => {

@@ -2,14 +2,18 @@
 
 mod args;
 mod bounds;
+mod budget;
 mod bump_file;
 mod compare;
 mod compare_files;
 mod compare_tables;
 mod cones;
+mod conform;
 mod cost;
 mod diff;
 mod diff_results;
+mod fingerprint;
+mod gpu;
 mod impostor;
 mod impostor_study;
 mod interrupt;
@@ -32,6 +36,7 @@ mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
+mod vectors;
 
 use std::process::ExitCode;
 
@@ -115,8 +120,8 @@ enum Command {
     Tables(tables::Args),
     /// Compare two pictures, or two result files of `compare`.
     Diff(diff::Args),
-    /// Test vectors (not built yet).
-    Vectors(Later),
+    /// Test vectors for a stage or the unit: write them, or judge a device's.
+    Vectors(vectors::Args),
     /// Sweep knobs over scenes; put parts together, print tables.
     Study(study::Args),
     /// What a unit costs in gates, and the cost model's knobs.
@@ -127,31 +132,14 @@ enum Command {
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
     Cones(cones::Args),
-    /// Conformance suites (not built yet).
-    Conform(Later),
-    /// Error budgets (not built yet).
-    Budget(Later),
-    /// What a GPU's sampler does (not built yet).
-    Fingerprint(Later),
-    /// GPU adapters (not built yet).
-    Gpu(Later),
-}
-
-/// Any words after a command that is not there yet.
-#[derive(Debug, clap::Args)]
-struct Later {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    rest: Vec<String>,
-}
-
-fn later(name: &str, _: &Later) -> Result<(), Failure> {
-    Err(InputError::new(
-        name,
-        "a command of this version",
-        "one that is not built yet",
-        "`tapline --help` lists those that are",
-    )
-    .into())
+    /// Run named suites of seeded cases on every engine.
+    Conform(conform::Args),
+    /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
+    Budget(budget::Args),
+    /// What a GPU's sampler does: weights, levels of detail, anisotropic taps, cube seams.
+    Fingerprint(fingerprint::Args),
+    /// The GPU adapters that are there.
+    Gpu(gpu::Args),
 }
 
 /// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
@@ -168,16 +156,16 @@ pub fn run() -> ExitCode {
         Command::Unit(args) => unit::run(args),
         Command::Tables(args) => tables::run(args),
         Command::Diff(args) => diff::run(args),
-        Command::Vectors(rest) => later("vectors", rest),
+        Command::Vectors(args) => vectors::run(args),
         Command::Study(args) => study::run(args),
         Command::Cost(args) => cost::run(args),
         Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
         Command::Cones(args) => cones::run(args),
-        Command::Conform(rest) => later("conform", rest),
-        Command::Budget(rest) => later("budget", rest),
-        Command::Fingerprint(rest) => later("fingerprint", rest),
-        Command::Gpu(rest) => later("gpu", rest),
+        Command::Conform(args) => conform::run(args),
+        Command::Budget(args) => budget::run(args),
+        Command::Fingerprint(args) => fingerprint::run(args),
+        Command::Gpu(args) => gpu::run(args),
     };
     match result {
         Ok(()) | Err(Failure::Closed) => ExitCode::SUCCESS,

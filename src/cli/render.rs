@@ -17,7 +17,7 @@ use crate::truth::TruthOptions;
 pub(super) struct Args {
     /// Built-in scene; `tapline scenes` lists them.
     scene: String,
-    /// Engine: rtl, f64, ewa or truth.
+    /// Engine: rtl, gpu, sampler, f64, ewa or truth.
     #[arg(long, value_enum)]
     engine: Rung,
     /// Picture: .exr (linear) or .png (8-bit sRGB).
@@ -43,15 +43,12 @@ enum Depth {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
-    if args.engine == Rung::Gpu {
-        return Err(InputError::new(
-            "--engine",
-            "rtl, f64, ewa or truth",
-            "gpu, which is not built in this version",
-            "choose another",
-        )
-        .into());
-    }
+    let gpu = if args.engine.needs_gpu() {
+        Some(args.run.adapter.open()?)
+    } else {
+        args.run.adapter.refuse()?;
+        None
+    };
     let kind = Kind::of(&args.output)?;
     let spec = args.unit.load()?;
     let file = WholeFile::create(&args.output)?;
@@ -59,7 +56,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let job = Job::load(&args.scene, &args.scene_args, &settings)?;
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
-    let rendering = if args.engine == Rung::Rtl {
+    let rendering = if let Some(gpu) = gpu {
+        let made = job.render_on(&gpu, args.engine, &settings, &progress);
+        Some(made.map_err(InputError::from)?)
+    } else if args.engine == Rung::Rtl {
         job.render_rtl(&job.rtl(&spec)?, &settings, &progress)
     } else {
         let options = TruthOptions::default();

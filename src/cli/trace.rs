@@ -252,6 +252,7 @@ impl Tracer {
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     args.run.prepare()?;
+    args.run.adapter.refuse()?;
     if args.raw && args.engine == TraceEngine::F64 {
         return Err(InputError::new(
             "--raw",

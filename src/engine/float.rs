@@ -96,6 +96,7 @@ fn per_fragment(
         standard_error: None,
         searches: None,
         texture_use: None,
+        beyond_f32: None,
     };
     (rendering, whole.envs)
 }
@@ -187,6 +188,7 @@ impl Engine for TruthEngine {
             standard_error: Some(result.rms_standard_error),
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::gpu::hit::GpuHit;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
@@ -15,6 +16,7 @@ use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::fragment::HitFragment;
+use crate::gpu::GpuError;
 use crate::impostor::{Impostor, WallCube};
 use crate::picture::Picture;
 use crate::policy::{HitPolicy, HitStatus, Method};
@@ -206,6 +208,7 @@ impl HitSubject {
             standard_error: None,
             searches: Some(Searches::of(results)),
             texture_use: None,
+            beyond_f32: None,
         }
     }
 
@@ -238,6 +241,22 @@ impl HitSubject {
         let start = Instant::now();
         let (results, lines) = self.reference(settings).lines(&self.fragments());
         (self.rendering(start, &results), lines)
+    }
+
+    /// By the kernels of a device.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn gpu(&self, engine: &GpuHit<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let fragments = self.fragments();
+        let pixels: Vec<[u32; 2]> = self.scene.rays.iter().map(|ray| ray.pixel).collect();
+        let start = Instant::now();
+        let (results, reports) = engine.reported(&fragments, &pixels, progress)?;
+        let mut out = self.rendering(start, &results);
+        out.flags = reports.flags;
+        out.beyond_f32 = reports.beyond_f32;
+        Ok(out)
     }
 
     /// The environment in the direction of R alone, as if every ray started at the reference point.
@@ -288,6 +307,7 @@ impl HitSubject {
             standard_error: None,
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 

@@ -5,12 +5,14 @@ pub mod cones;
 pub mod dispatch;
 pub mod encode;
 pub mod float;
+pub mod gpu;
 pub mod hit;
 pub mod hit_subject;
 pub mod probe;
 pub mod registers;
 pub mod reuse;
 pub mod rtl;
+pub mod sampler;
 pub mod tex;
 mod tex_requests;
 pub mod tex_subject;
@@ -31,6 +33,8 @@ pub enum Rung {
     Rtl,
     /// WGSL through wgpu.
     Gpu,
+    /// A GPU's own sampler; never unless it is named, for what it computes is no form of the unit's algorithm.
+    Sampler,
     /// Float reference of the same algorithm.
     F64,
     /// Elliptical Gaussian of the same covariance.
@@ -41,7 +45,26 @@ pub enum Rung {
 
 impl Rung {
     /// Every rung in the ladder's order.
-    pub const ALL: [Self; 5] = [Self::Rtl, Self::Gpu, Self::F64, Self::Ewa, Self::Truth];
+    pub const ALL: [Self; 6] = [
+        Self::Rtl,
+        Self::Gpu,
+        Self::Sampler,
+        Self::F64,
+        Self::Ewa,
+        Self::Truth,
+    ];
+
+    /// Whether it runs where no engine is named.
+    #[must_use]
+    pub const fn is_default(self) -> bool {
+        !matches!(self, Self::Sampler)
+    }
+
+    /// Whether it needs a GPU.
+    #[must_use]
+    pub const fn needs_gpu(self) -> bool {
+        matches!(self, Self::Gpu | Self::Sampler)
+    }
 
     /// The name on the command line and in results.
     #[must_use]
@@ -49,6 +72,7 @@ impl Rung {
         match self {
             Self::Rtl => "rtl",
             Self::Gpu => "gpu",
+            Self::Sampler => "sampler",
             Self::F64 => "f64",
             Self::Ewa => "ewa",
             Self::Truth => "truth",
@@ -121,6 +145,8 @@ pub struct Rendering {
     pub searches: Option<Searches>,
     /// What was asked of 2-D textures, where the scene has some and the engine filters.
     pub texture_use: Option<TextureUse>,
+    /// How many fragments left the range of f32 on the way, and the pixel of the first, where the engine has that range.
+    pub beyond_f32: Option<(u64, [u32; 2])>,
 }
 
 impl Rendering {
@@ -135,6 +161,7 @@ impl Rendering {
             standard_error: Some(standard_error),
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

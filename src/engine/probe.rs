@@ -149,15 +149,15 @@ pub fn rtl(
     unit.load(&mut ports, &encode::words(fragment));
     let mut out = Results::<1>::default();
     let mut state = State::<1>::default();
-    unit.env(&ports, texture, &mut state, &mut out, probe);
+    let set = unit.one(&ports, None, texture, &mut state, &mut out, probe);
     let mut flags = Vec::new();
     for reg in Reg::ALL {
-        if out.flags[0].has(*reg) {
+        if set.has(*reg) {
             flags.push(overflow_name(config, *reg));
         }
     }
     for event in Event::ALL {
-        if out.flags[0].has_event(*event) {
+        if set.has_event(*event) {
             flags.push(event.name().to_string());
         }
     }

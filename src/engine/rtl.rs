@@ -208,6 +208,7 @@ impl RtlEngine {
             standard_error: None,
             searches: None,
             texture_use: None,
+            beyond_f32: None,
         }
     }
 }

@@ -198,7 +198,6 @@ impl TexRtl {
     }
 
     /// Runs up to `N` requests as one block.
-    #[inline(always)]
     pub fn lanes<const N: usize, T: Tap>(
         &self,
         requests: &[TexWords],

@@ -19,7 +19,7 @@ use crate::settings::Settings;
 
 /// One request of a row: its pixel's column, its weight, and what is asked.
 #[derive(Debug)]
-pub(super) struct Request<A> {
+pub(crate) struct Request<A> {
     pub(super) column: usize,
     pub(super) weight: f64,
     pub(super) asked: A,

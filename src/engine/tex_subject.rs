@@ -7,6 +7,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use rtl_model::unit::{Results, TexState, TexWords};
 
+use super::gpu::Reports;
+use super::gpu::tex::{AskedGpu, GpuTex};
 use super::dispatch::LANES;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
@@ -21,6 +23,7 @@ use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::error::InputError;
 use crate::fragment::HitFragment;
+use crate::gpu::GpuError;
 use crate::picture::Picture;
 use crate::reference::tex::{point, tex};
 use crate::reference::{NoTap, PlanarTexture, Prepared, ewa_planar};
@@ -187,11 +190,11 @@ impl TexSubject {
                 out
             })
             .collect();
-        self.assemble(rows, start.elapsed().as_secs_f64())
+        self.put_together(rows, start.elapsed().as_secs_f64())
     }
 
-    /// The picture and the counts of all rows, which took `wall` seconds.
-    fn assemble(&self, rows: Vec<Row>, wall: f64) -> Rendering {
+    /// A picture of rows, in order, that took `wall` seconds.
+    fn put_together(&self, rows: Vec<Row>, wall: f64) -> Rendering {
         let (width, height) = (self.scene.width, self.scene.height);
         let mut picture = Picture::new(width, height);
         let mut levels = Picture::new(width, height);
@@ -236,6 +239,7 @@ impl TexSubject {
             standard_error: None,
             searches: None,
             texture_use: Some(TextureUse { levels, tiles }),
+            beyond_f32: None,
         }
     }
 
@@ -274,7 +278,7 @@ impl TexSubject {
             })
             .collect();
         let wall = start.elapsed().as_secs_f64();
-        let mut out = self.assemble(rows, wall);
+        let mut out = self.put_together(rows, wall);
         out.seconds = wall;
         out
     }
@@ -392,6 +396,47 @@ impl TexSubject {
             keep(y, lines);
             row
         })
+    }
+
+    /// By the kernels of a device: blocks of rows, whose paths the host traces.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn gpu(&self, engine: &GpuTex<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let (width, height) = (self.scene.width, self.scene.height);
+        let block = engine.rows_of_a_block(self.requests, height);
+        let mut rows: Vec<Row> = Vec::with_capacity(height);
+        let mut reports = Reports::default();
+        let mut seconds = 0.0;
+        for first in (0..height).step_by(block) {
+            let last = (first + block).min(height);
+            let asked: Vec<AskedGpu> = (first..last)
+                .into_par_iter()
+                .map(|y| self.ask_gpu(engine.wrap, y))
+                .collect();
+            let begin = Instant::now();
+            rows.extend((first..last).map(|_| Row::new(width)));
+            engine.filter(&asked, &mut |y, request, found| {
+                let row = &mut rows[first + y];
+                row.add(request.column, request.weight, found.color);
+                if request.asked.texture.is_some() {
+                    row.level(request.column, request.weight, found.lod);
+                }
+                row.probes += u64::from(found.probes);
+                row.texels += found.texels();
+                let pixel =
+                    [request.column, first + y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                reports.add(found.flags, pixel);
+            })?;
+            seconds += begin.elapsed().as_secs_f64();
+            progress(to_u64((last - first) * width));
+        }
+        let mut out = self.put_together(rows, 0.0);
+        out.seconds = seconds;
+        out.flags = reports.flags;
+        out.beyond_f32 = reports.beyond_f32;
+        Ok(out)
     }
 
     /// By the float reference.

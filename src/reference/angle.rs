@@ -54,6 +54,15 @@ impl Angles {
         }
     }
 
+    /// What a float engine of its own needs: bin boundaries of 2α, then the bins' entries of α and the one after the
+    /// last, then the entries' 2α; order and tan of a step of 2α. Boundaries are one less than bins.
+    #[must_use]
+    pub fn parts(&self) -> (Vec<[f64; 2]>, usize, u32, f64) {
+        let rows = [&self.boundaries, &self.entries, &self.doubled];
+        let flat = rows.into_iter().flatten().copied().collect();
+        (flat, self.boundaries.len(), self.order, self.tan_step)
+    }
+
     /// Cosine and sine of |α| from those of |2α|: the nearest entry (order 0, a tie goes to the entry
     /// nearer to 0°), or the two neighbours mixed by tan(2α − 2θ)/tan(step), θ the entry nearer to 0°,
     /// without normalising the result (order 1).

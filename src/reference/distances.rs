@@ -91,6 +91,16 @@ impl Distances {
         Self(Source::Cube { size, texels })
     }
 
+    /// The size of a cube's faces and its texels with their border of one texel: index (face·(size + 2) + y)·(size + 2)
+    /// + x, row and column 0 outside. `None` for a box and a sphere.
+    #[must_use]
+    pub fn bordered(&self) -> Option<(usize, &[f64])> {
+        match &self.0 {
+            Source::Cube { size, texels } => Some((*size, texels)),
+            Source::Box(_) | Source::Sphere(_) => None,
+        }
+    }
+
     /// dist(q); q = 0 counts as +z. A texel of infinite distance that has any weight makes the whole infinite.
     #[must_use]
     pub fn read(&self, q: [f64; 3], look_up: LookUp) -> f64 {

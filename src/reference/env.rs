@@ -304,7 +304,7 @@ fn run_front<R: Real, T: Tap>(
         d: jacobian.d.map(|row| row.map(R::to_f64)),
         k: k.map(R::to_f64),
         lambda: axes.lambda.map(R::to_f64),
-        axis: axes.axis,
+        axis: axes.axis.map(Real::to_f64),
         flags,
         exact,
     }

@@ -1,7 +1,7 @@
 //! Stage `hit`: where a ray meets the surface of a distance map.
 
 mod footprint;
-mod step;
+pub mod step;
 
 use super::distances::{Distances, is_zero, length, unit};
 use super::env::{Env, clean};
@@ -40,17 +40,6 @@ pub struct HitEnv {
     pub hit: Hit,
     /// The footprint and its colour.
     pub env: Option<Env>,
-}
-
-/// What the loop keeps.
-struct Ray {
-    far: f64,
-    d: f64,
-    /// (d, ratio) of the last undershoot and of the last overshoot, if there was one.
-    under: (f64, f64),
-    over: Option<(f64, f64)>,
-    /// Which side the last result was on: −1, 0 (none), 1.
-    side: i8,
 }
 
 /// f = |l|/dist(l): 0 where the distance is infinite, the largest double where it is 0.
@@ -148,7 +137,7 @@ pub fn hit<T: Tap>(
         }
         l
     };
-    let mut ray = Ray {
+    let mut ray = step::Ray {
         far,
         d: far * (1.0 - p_un),
         under: (0.0, p_un),

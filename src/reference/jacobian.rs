@@ -90,7 +90,7 @@ pub fn jacobian<R: Real, T: Tap>(
 
     let largest_of = |pair: [Vector<R>; 2]| {
         let [x, y] = pair.map(largest);
-        if x > y { x } else { y }
+        x.larger(y)
     };
     let size = largest(n);
     let terms = size * (size * largest_of(derivatives.dv) + largest(surface.v) * dn_terms) * inv_ma;
@@ -120,11 +120,7 @@ fn normal_derivatives<R: Real, T: Tap>(
 ) -> ([Vector<R>; 2], R) {
     let zero = R::from_f64(0.0);
     let mut terms = zero;
-    let mut count = |size: R| {
-        if size > terms {
-            terms = size;
-        }
-    };
+    let mut count = |size: R| terms = size.larger(terms);
     for dn in derivatives.dn {
         count(largest(dn));
     }

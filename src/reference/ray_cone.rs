@@ -52,22 +52,35 @@ pub enum Step {
 const S_MAX: f64 = 0.25;
 
 /// 1/π in two doubles.
-fn inverse_pi() -> Wide {
-    Wide::from_f64(std::f64::consts::FRAC_1_PI) + Wide::from_f64(-1.967_867_667_518_248_6e-17)
+fn inverse_pi<R: Real>() -> R {
+    R::from_f64(std::f64::consts::FRAC_1_PI) + R::from_f64(-1.967_867_667_518_248_6e-17)
 }
 
 /// The cone after one operation.
 #[must_use]
 pub fn ray_cone(cone: Cone, step: Step, rules: ConeRules, set_diffuse: SetDiffuse) -> Cone {
-    let wide = |x: f64| Wide::from_f64(finite(x).0);
-    let (angle, width) = (wide(cone.angle.0), wide(cone.width.0));
-    let zero = Wide::from_f64(0.0);
-    let limit = Wide::from_f64(S_MAX);
-    let otk = rules == ConeRules::Otk;
-    let of = |angle: Wide, width: Wide| Cone {
+    let [angle, width] = [cone.angle.0, cone.width.0].map(|x| Wide::from_f64(finite(x).0));
+    let [angle, width] = after(angle, width, step, rules, set_diffuse);
+    Cone {
         angle: Angle(angle.to_f64()),
         width: Width(width.to_f64()),
-    };
+    }
+}
+
+/// Angle and width after one operation, in the arithmetic `R`.
+#[must_use]
+pub fn after<R: Real>(
+    angle: R,
+    width: R,
+    step: Step,
+    rules: ConeRules,
+    set_diffuse: SetDiffuse,
+) -> [R; 2] {
+    let wide = |x: f64| R::from_f64(finite(x).0);
+    let zero = R::from_f64(0.0);
+    let limit = R::from_f64(S_MAX);
+    let otk = rules == ConeRules::Otk;
+    let of = |angle: R, width: R| [angle, width];
     if otk && !matches!(step, Step::Propagate(_)) && angle >= limit {
         return of(angle, width);
     }
@@ -81,7 +94,7 @@ pub fn ray_cone(cone: Cone, step: Step, rules: ConeRules, set_diffuse: SetDiffus
             }
         }
         Step::Reflect(curvature) => of(
-            angle + Wide::from_f64(2.0) * wide(curvature) * width.abs(),
+            angle + R::from_f64(2.0) * wide(curvature) * width.abs(),
             width,
         ),
         Step::Refract {
@@ -113,10 +126,10 @@ pub fn ray_cone(cone: Cone, step: Step, rules: ConeRules, set_diffuse: SetDiffus
         }
         Step::Scatter(bsdf) => {
             let bsdf = wide(bsdf);
-            let spread = if bsdf <= inverse_pi() {
+            let spread = if bsdf <= inverse_pi::<R>() {
                 limit
             } else {
-                limit * inverse_pi() / bsdf
+                limit * inverse_pi::<R>() / bsdf
             };
             let away = otk && angle < zero;
             let turned = angle + if away { -spread } else { spread };

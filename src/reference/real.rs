@@ -12,6 +12,9 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
+    /// What is left where a result needs no more than a double: see [`Real::narrow`].
+    type Narrow: Narrow;
+
     /// The same value; −0 becomes +0.
     fn from_f64(value: f64) -> Self;
 
@@ -32,9 +35,47 @@ pub trait Real:
     #[must_use]
     fn abs(self) -> Self;
 
+    /// The value in the arithmetic of what comes after the axes, ±`f64::MAX` beyond the range of doubles.
+    #[must_use]
+    fn narrow(self) -> Self::Narrow;
+
+    /// The larger of two, `other` where they are equal.
+    #[must_use]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    /// How far the value can be from what another arithmetic makes of the same lines; 0 where that is not tracked.
+    fn error(self) -> f64 {
+        0.0
+    }
+
     /// a·b − c·d with an error of at most a few ulp of the result, whatever cancels.
     #[must_use]
     fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self;
+}
+
+/// The arithmetic behind the axes: numbers that are counted in texels.
+pub trait Narrow: Real<Narrow = Self> {
+    /// The least whole number that is not below.
+    #[must_use]
+    fn ceil(self) -> Self;
+
+    /// The largest whole number that is not above.
+    #[must_use]
+    fn floor(self) -> Self;
+
+    /// The binary logarithm of a positive number.
+    #[must_use]
+    fn log2(self) -> Self;
+
+    /// ±`f64::MAX` where the value is beyond the range.
+    #[must_use]
+    fn saturated(self) -> Self;
+
+    /// The next larger number of the arithmetic's format.
+    #[must_use]
+    fn next_up(self) -> Self;
 }
 
 /// The sum of two doubles and its rounding error (Knuth).
@@ -65,7 +106,41 @@ pub(super) fn saturate(value: f64) -> f64 {
     value.clamp(-f64::MAX, f64::MAX) + 0.0
 }
 
+impl Narrow for f64 {
+    #[inline]
+    fn ceil(self) -> Self {
+        Self::ceil(self)
+    }
+
+    #[inline]
+    fn floor(self) -> Self {
+        Self::floor(self)
+    }
+
+    #[inline]
+    fn log2(self) -> Self {
+        libm::log2(self)
+    }
+
+    #[inline]
+    fn saturated(self) -> Self {
+        saturate(self)
+    }
+
+    #[inline]
+    fn next_up(self) -> Self {
+        Self::next_up(self)
+    }
+}
+
 impl Real for f64 {
+    type Narrow = Self;
+
+    #[inline]
+    fn narrow(self) -> Self {
+        saturate(self)
+    }
+
     #[inline]
     fn from_f64(value: f64) -> Self {
         value + 0.0

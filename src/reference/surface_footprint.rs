@@ -55,10 +55,8 @@ pub fn surface_footprint<R: Real, T: Tap>(
     let least = R::from_f64(1.0) / R::from_f64(f64::from(policy.max_anisotropy.max(1)));
     let seen = if flat {
         one
-    } else if cosine.abs() > least {
-        cosine.abs()
     } else {
-        least
+        cosine.abs().larger(least)
     };
     let dp = [scale(width / seen, along), scale(width, across)];
     let (grad, edges) = match fragment.tangents {

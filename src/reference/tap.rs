@@ -11,6 +11,18 @@ pub trait Tap {
     /// One component of one register, in true units, always finite.
     fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64);
 
+    /// The same with the error that the arithmetic tracks.
+    fn put_with_error(
+        &mut self,
+        stage: Stage,
+        register: &'static str,
+        component: usize,
+        value: f64,
+        _error: f64,
+    ) {
+        self.put(stage, register, component, value);
+    }
+
     /// A flag that the fragment raised, once per fragment.
     fn event(&mut self, name: &'static str);
 }
@@ -36,7 +48,7 @@ pub(super) fn put<R: Real, T: Tap>(
 ) {
     if T::ACTIVE {
         for (component, value) in values.iter().enumerate() {
-            tap.put(stage, register, component, value.to_f64());
+            tap.put_with_error(stage, register, component, value.to_f64(), value.error());
         }
     }
 }

@@ -91,12 +91,13 @@ pub fn tex<T: Tap>(
         count: settings.count,
         max_probes: settings.max_probes,
     };
+    let axis = axes.axis;
     let mut scaled = InPeriods {
         tap,
         scale: size.map(|n| 2.0 / n as f64),
     };
     let Footprint { probes, lod, step } =
-        footprint(lambda, axes.axis, chain, rule, &mut flags, &mut scaled);
+        footprint(lambda, axis, chain, rule, &mut flags, &mut scaled);
     let step = [0, 1].map(|i| saturate(step[i] * scaled.scale[i]));
     let centre = fragment.st.map(|x| saturate(2.0 * x - 1.0));
     let levels = Levels::new(lod, chain.levels);
@@ -126,7 +127,7 @@ pub fn tex<T: Tap>(
         d: surface.d.map(|v| v.map(|c| c.to_f64())),
         k: k.map(|c| c.to_f64()),
         lambda,
-        axis: axes.axis,
+        axis,
         probes,
         lod,
         centre,

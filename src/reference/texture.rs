@@ -118,7 +118,8 @@ impl<'a> Texture<'a> {
     }
 
     /// The tap at column x − 1 and row y − 1 of a face, which may lie one texel outside.
-    fn tap(&self, level: usize, face: usize, x: usize, y: usize) -> [f64; 3] {
+    #[must_use]
+    pub fn tap(&self, level: usize, face: usize, x: usize, y: usize) -> [f64; 3] {
         let size = self.map.levels[level].size;
         let border = &self.borders[level];
         let inside = |t: usize| t >= 1 && t <= size;

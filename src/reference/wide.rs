@@ -34,6 +34,31 @@ fn exponent_of(x: f64) -> i64 {
 }
 
 impl Wide {
+    /// 0.
+    pub const ZERO: Self = ZERO;
+
+    /// raw · 2^−frac, exactly.
+    #[must_use]
+    pub fn code(raw: i64, frac: i64) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "32 bits each")]
+        let (high, low) = ((raw >> 32) as f64, (raw & 0xffff_ffff) as f64);
+        let high = Self::of_sum(high, 0.0, 32);
+        let low = Self::of_sum(low, 0.0, 0);
+        (high + low).times_power(-frac)
+    }
+
+    /// The value times 2^power.
+    #[must_use]
+    pub fn times_power(self, power: i64) -> Self {
+        if self.high == 0.0 {
+            return ZERO;
+        }
+        Self {
+            exponent: self.exponent + power,
+            ..self
+        }
+    }
+
     /// Renormalises a sum of two doubles, both far from the ends of the range, times 2^exponent.
     fn of_sum(high: f64, low: f64, exponent: i64) -> Self {
         let (high, low) = two_sum(high, low);
@@ -135,6 +160,12 @@ impl PartialOrd for Wide {
 }
 
 impl Real for Wide {
+    type Narrow = f64;
+
+    fn narrow(self) -> f64 {
+        self.to_f64()
+    }
+
     fn from_f64(value: f64) -> Self {
         // Subnormals first become normal.
         if value.abs() < f64::MIN_POSITIVE {

@@ -58,6 +58,12 @@ fn rows(c: char) -> [u8; 7] {
         '+' => [0, 4, 4, 31, 4, 4, 0],
         '<' => [2, 4, 8, 16, 8, 4, 2],
         '>' => [8, 4, 2, 1, 2, 4, 8],
+        '(' => [2, 4, 8, 8, 8, 4, 2],
+        ')' => [8, 4, 2, 2, 2, 4, 8],
+        '|' => [4, 4, 4, 4, 4, 4, 4],
+        ';' => [0, 12, 12, 0, 12, 4, 8],
+        '^' => [4, 10, 17, 0, 0, 0, 0],
+        '\'' => [4, 4, 8, 0, 0, 0, 0],
         _ => [31, 17, 17, 17, 17, 17, 31],
     }
 }
@@ -109,7 +115,7 @@ mod tests {
 
     #[test]
     fn no_two_characters_look_alike_and_all_fit_five_columns() {
-        let known = " 0123456789ABCDEFGHIJKLMNPQRSTUVWXYZ/-.,:=+<>O?";
+        let known = " 0123456789ABCDEFGHIJKLMNPQRSTUVWXYZ/-.,:=+<>()|;^'O?";
         let shapes: Vec<[u8; 7]> = known.chars().map(rows).collect();
         for (at, shape) in shapes.iter().enumerate() {
             assert!(shape.iter().all(|&bits| bits < 32));

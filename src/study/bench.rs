@@ -473,15 +473,15 @@ fn render_reference(
         (Scene::Hit(s), Rung::Truth) => none(s.truth(truth, quiet)),
         (Scene::Tex(s), Rung::Ewa) => none(s.ewa(settings, quiet)),
         (Scene::Tex(s), Rung::Truth) => none(s.truth(settings, truth, quiet)),
-        (Scene::Env(s), Rung::F64 | Rung::Rtl | Rung::Gpu) => {
+        (Scene::Env(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
             let (rendering, lines) = float::env_lines(settings, s);
             (rendering, lines, Vec::new())
         }
-        (Scene::Hit(s), Rung::F64 | Rung::Rtl | Rung::Gpu) => {
+        (Scene::Hit(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
             let (rendering, lines) = s.f64_lines(settings);
             (rendering, lines, Vec::new())
         }
-        (Scene::Tex(s), Rung::F64 | Rung::Rtl | Rung::Gpu) => {
+        (Scene::Tex(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
             let (rendering, lines): (_, Vec<TexLine>) = s.f64_lines(settings);
             let widths = lines.iter().map(|l| l.width).collect();
             (

@@ -8,7 +8,7 @@
 //! The facts that carry the analysis: v_r = R(n, n, v) is trilinear with |v_r| = |v||n|²; J_v is |n|²
 //! times an orthogonal matrix; |J_n x| ≤ 2|n||v||x|; |ma| ≥ |v_r|/√3; |u|, |v| ≤ 1.
 
-mod words;
+pub mod words;
 
 use rtl_model::Config;
 use rtl_model::policy::{Axis, Count, Dnmod, Minor, Weights};

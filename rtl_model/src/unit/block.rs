@@ -147,6 +147,14 @@ impl<const N: usize> Default for State<N> {
     }
 }
 
+impl State<1> {
+    /// The flags of the only lane.
+    #[must_use]
+    pub fn flags(&self) -> Flags {
+        self.flags[0]
+    }
+}
+
 pub(super) const NO_FLAGS: Flags = Flags {
     overflow: 0,
     events: 0,

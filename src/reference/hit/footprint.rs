@@ -168,7 +168,7 @@ fn front<R: Real, T: Tap>(
         d: d.map(|row| row.map(R::to_f64)),
         k: k.map(R::to_f64),
         lambda: axes.lambda.map(R::to_f64),
-        axis: axes.axis,
+        axis: axes.axis.map(Real::to_f64),
         flags,
         exact,
     }

@@ -43,11 +43,16 @@ impl Words<'_> {
 }
 
 /// Largest relative errors of the tables' outputs (of log2: absolute).
-pub(super) struct TableErrors {
-    pub(super) recip: f64,
-    pub(super) rsqrt: f64,
-    pub(super) sqrt: f64,
-    pub(super) log2: f64,
+#[derive(Clone, Copy, Debug)]
+pub struct TableErrors {
+    /// Of 1/x.
+    pub recip: f64,
+    /// Of 1/√x.
+    pub rsqrt: f64,
+    /// Of √x.
+    pub sqrt: f64,
+    /// Of log2 x, absolute.
+    pub log2: f64,
 }
 
 /// Interpolation error for steps `h` where the derivatives are at most `d`, and the entries' rounding.
@@ -68,7 +73,9 @@ fn table(spec: TableSpec, binades: u32, d: [f64; 3], entry: f64) -> f64 {
 }
 
 impl TableErrors {
-    pub(super) fn new(config: &Config) -> Self {
+    /// Derived from the tables' knobs.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
         let t = &config.tables;
         // 1/x: the derivatives of 1/x times x on [1, 2) are at most 1, 2, 6; an entry of at least ½
         // rounds by 2^−(frac + 1), relative to it twice that. A Newton step squares the error; its two

@@ -1,0 +1,351 @@
+//! One stage alone: the wires that come into it, by name, and its run from what they carry.
+//!
+//! For test benches and co-simulation. A wire carries what the stage before left in the block's state: codes in the
+//! nominal scale, mantissas, powers of two. Any codes within a wire's format are legal.
+
+use core::array::from_mut;
+
+use super::Unit;
+use super::block::{NO_FLAGS, Ports, Results, State};
+use crate::config::Config;
+use crate::fx::{Flags, Format};
+use crate::policy::Axis;
+use crate::regs::Reg;
+use crate::stages::block_frac;
+use crate::tap::Tap;
+use crate::texture::Texture;
+
+/// What a wire carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carries {
+    /// Codes of fixed registers, the components shared out evenly.
+    Codes(&'static [Reg]),
+    /// Mantissas of a block whose largest component lies in [1, 2).
+    Mantissas(Reg),
+    /// Mantissas of a block; another wire holds their fraction bits in the nominal scale.
+    Floating(Reg),
+    /// A power of two, or fraction bits.
+    Power,
+    /// Face 0…5.
+    Face,
+    /// 0 or 1.
+    Bit,
+    /// Probes.
+    Count,
+}
+
+macro_rules! wires {
+    ($($variant:ident: $name:literal [$n:literal] $carries:expr, $meaning:literal, |$s:ident| $place:expr, $power:expr;)+) => {
+        /// A wire between the stages of ENV.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Wire { $(#[doc = $meaning] $variant),+ }
+
+        impl Wire {
+            /// Every wire, in pipeline order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// Its name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+
+            /// Numbers that it carries.
+            #[must_use]
+            pub const fn components(self) -> usize {
+                match self { $(Self::$variant => $n),+ }
+            }
+
+            /// What they are.
+            #[must_use]
+            pub const fn carries(self) -> Carries {
+                match self { $(Self::$variant => $carries),+ }
+            }
+
+            /// One sentence.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => $meaning),+ }
+            }
+
+            /// Where its numbers lie; none for a face and a bit, which are no integers of 64 bits.
+            fn place(self, state: &mut State<1>) -> &mut [[i64; 1]] {
+                match self { $(Self::$variant => { let $s = state; $place })+ }
+            }
+
+            /// Power of two of the nominal scale in true units; of floating mantissas less their fraction bits.
+            fn power(self, state: &State<1>) -> i64 {
+                match self { $(Self::$variant => { let $s = state; let _ = $s; $power })+ }
+            }
+        }
+    };
+}
+
+/// Power of two of n_mod.
+fn n_mod(s: &State<1>) -> i64 {
+    s.input.n_exp[0] + s.reflected.n_lift[0]
+}
+
+/// Power of two of v_r.
+fn v_r(s: &State<1>) -> i64 {
+    s.input.v_exp[0] + 2 * n_mod(s)
+}
+
+wires! {
+    V: "v"[3] Carries::Mantissas(Reg::ReflectV), "direction to the eye", |s| &mut s.input.v, s.input.v_exp[0];
+    VExp: "v_exp"[1] Carries::Power, "power of two that was taken out of v", |s| from_mut(&mut s.input.v_exp), 0;
+    N: "n"[3] Carries::Mantissas(Reg::ReflectN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
+    FrameN: "n"[3] Carries::Mantissas(Reg::FrameN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
+    NExp: "n_exp"[1] Carries::Power, "power of two that was taken out of n", |s| from_mut(&mut s.input.n_exp), 0;
+    H: "h"[3] Carries::Mantissas(Reg::FrameH), "main direction", |s| &mut s.input.h, s.input.h_exp[0];
+    HExp: "h_exp"[1] Carries::Power, "power of two that was taken out of h", |s| from_mut(&mut s.input.h_exp), 0;
+    Dv: "dv"[6] Carries::Codes(&[Reg::JacDvDx, Reg::JacDvDy]), "∂v by x then by y, shifted with v", |s| &mut s.input.dv, s.input.v_exp[0];
+    Dn: "dn"[6] Carries::Codes(&[Reg::JacDnDx, Reg::JacDnDy]), "∂n by x then by y, shifted with n", |s| &mut s.input.dn, s.input.n_exp[0];
+    B: "b"[2] Carries::Codes(&[Reg::BumpB]), "bump offsets", |s| &mut s.input.b, 0;
+    Rough: "d"[3] Carries::Codes(&[Reg::RoughD]), "d1, d2, d3 of the roughness", |s| &mut s.input.d, 0;
+    E1: "e1"[3] Carries::Codes(&[Reg::FrameE1]), "first tangent vector", |s| &mut s.frame.e1, s.input.n_exp[0];
+    E2: "e2"[3] Carries::Codes(&[Reg::FrameE2]), "second tangent vector", |s| &mut s.frame.e2, s.input.n_exp[0];
+    Bumped: "n_mod"[3] Carries::Codes(&[Reg::BumpN]), "modified normal, shifted with n", |s| &mut s.bumped.n_mod, s.input.n_exp[0];
+    Reflecting: "n_reflect"[3] Carries::Mantissas(Reg::ReflectN), "normal that reflects", |s| &mut s.reflected.n, n_mod(s);
+    NLift: "n_lift"[1] Carries::Power, "power of two of the reflecting normal less that of n", |s| from_mut(&mut s.reflected.n_lift), 0;
+    NdotV: "n_dot_v"[1] Carries::Codes(&[Reg::ReflectNdotV]), "⟨n, v⟩", |s| from_mut(&mut s.reflected.n_dot_v), s.input.v_exp[0] + n_mod(s);
+    NdotN: "n_dot_n"[1] Carries::Codes(&[Reg::ReflectNdotN]), "⟨n, n⟩", |s| from_mut(&mut s.reflected.n_dot_n), 2 * n_mod(s);
+    Vr: "v_r"[3] Carries::Floating(Reg::ReflectVr), "reflected direction", |s| &mut s.reflected.v_r, v_r(s) - s.reflected.v_r_frac[0];
+    VrFrac: "v_r_frac"[1] Carries::Power, "fraction bits of v_r", |s| from_mut(&mut s.reflected.v_r_frac), 0;
+    Face: "face"[1] Carries::Face, "face 0…5 for +x −x +y −y +z −z", |s| { let _ = s; &mut [] }, 0;
+    Zero: "zero"[1] Carries::Bit, "whether v_r is zero", |s| { let _ = s; &mut [] }, 0;
+    InvMa: "inv_ma"[1] Carries::Floating(Reg::FaceInvMa), "1/|ma|", |s| from_mut(&mut s.face.inv_ma), -v_r(s) - s.face.inv_ma_frac[0];
+    InvMaFrac: "inv_ma_frac"[1] Carries::Power, "fraction bits of inv_ma", |s| from_mut(&mut s.face.inv_ma_frac), 0;
+    U: "u"[1] Carries::Codes(&[Reg::FaceU]), "u on the face", |s| from_mut(&mut s.face.u), 0;
+    Vv: "v_face"[1] Carries::Codes(&[Reg::FaceV]), "v on the face", |s| from_mut(&mut s.face.v), 0;
+    D: "jacobian"[4] Carries::Codes(&[Reg::JacD]), "D row by row", |s| &mut s.d.d, 0;
+    RoughB: "rough_b"[4] Carries::Codes(&[Reg::RoughB]), "s·B' row by row", |s| &mut s.b.b, 0;
+    K: "k"[3] Carries::Floating(Reg::CovK), "a, b, c of K", |s| &mut s.k.k, -s.k.frac[0];
+    KFrac: "k_frac"[1] Carries::Power, "fraction bits of K", |s| from_mut(&mut s.k.frac), 0;
+    Lambda: "lambda"[2] Carries::Codes(&[Reg::EigenLambda]), "λ1 ≥ λ2", |s| &mut s.axes.lambda, s.axes.exp[0];
+    LambdaExp: "lambda_exp"[1] Carries::Power, "power of two of λ", |s| from_mut(&mut s.axes.exp), 0;
+    Axis: "axis"[2] Carries::Codes(&[Reg::EigenAxis]), "unit vector of the major axis", |s| &mut s.axes.axis, 0;
+    Count: "count"[1] Carries::Count, "probes", |s| from_mut(&mut s.line.count), 0;
+    Lod: "lod"[1] Carries::Codes(&[Reg::FootLod]), "level of detail", |s| from_mut(&mut s.line.lod), 0;
+    Step: "step"[2] Carries::Codes(&[Reg::FootStep]), "half the spacing of the probes", |s| &mut s.line.step, 0;
+}
+
+impl Wire {
+    /// The format of a component's register; `None` for what is no register.
+    #[must_use]
+    pub fn format(self, config: &Config, component: usize) -> Option<Format> {
+        self.register(component).map(|(reg, _)| config.format(reg))
+    }
+
+    /// The register of a component, and the component's number in it.
+    #[must_use]
+    pub fn register(self, component: usize) -> Option<(Reg, usize)> {
+        match self.carries() {
+            Carries::Codes(regs) => {
+                let each = self.components() / regs.len();
+                regs.get(component / each)
+                    .map(|reg| (*reg, component % each))
+            }
+            Carries::Mantissas(reg) | Carries::Floating(reg) => Some((reg, component)),
+            Carries::Power | Carries::Face | Carries::Bit | Carries::Count => None,
+        }
+    }
+
+    /// Reads the wire into `out`.
+    pub fn get(self, state: &mut State<1>, out: &mut [i64]) {
+        match self {
+            Self::Face => out.fill(i64::try_from(state.face.face[0]).unwrap_or(4)),
+            Self::Zero => out.fill(i64::from(state.face.zero[0])),
+            _ => {
+                for (out, [value]) in out.iter_mut().zip(self.place(state)) {
+                    *out = *value;
+                }
+            }
+        }
+    }
+
+    /// Drives the wire.
+    pub fn set(self, state: &mut State<1>, values: &[i64]) {
+        let first = values.first().copied().unwrap_or(0);
+        match self {
+            Self::Face => state.face.face[0] = usize::try_from(first.clamp(0, 5)).unwrap_or(4),
+            Self::Zero => state.face.zero[0] = first != 0,
+            _ => {
+                for ([to], value) in self.place(state).iter_mut().zip(values) {
+                    *to = *value;
+                }
+            }
+        }
+    }
+
+    /// Tells a tap what the wire carries, in true units, as the stage that drives it does.
+    pub fn put<T: Tap>(self, config: &Config, state: &mut State<1>, tap: &mut T) {
+        let power = self.power(state);
+        for c in 0..self.components() {
+            let Some((reg, component)) = self.register(c) else {
+                return;
+            };
+            let frac = match self.carries() {
+                Carries::Mantissas(reg) => block_frac(config, reg),
+                Carries::Floating(_) => 0,
+                _ => i64::from(config.format(reg).frac),
+            };
+            let code = self.place(state).get(c).map_or(0, |[code]| *code);
+            tap.put(0, reg, component, code, frac - power);
+        }
+    }
+}
+
+/// A stage of ENV that can run alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Alone {
+    /// `local_frame`.
+    LocalFrame,
+    /// `bump`.
+    Bump,
+    /// `reflect`.
+    Reflect,
+    /// `cube_face`.
+    CubeFace,
+    /// `jacobian`, the derivative of the modified normal included.
+    Jacobian,
+    /// `roughness`.
+    Roughness,
+    /// `covariance`.
+    Covariance,
+    /// `eigen`.
+    Eigen,
+    /// `footprint`.
+    Footprint,
+    /// `address` and `filter`.
+    Back,
+}
+
+impl Alone {
+    /// Every one, in pipeline order.
+    pub const ALL: [Self; 10] = [
+        Self::LocalFrame,
+        Self::Bump,
+        Self::Reflect,
+        Self::CubeFace,
+        Self::Jacobian,
+        Self::Roughness,
+        Self::Covariance,
+        Self::Eigen,
+        Self::Footprint,
+        Self::Back,
+    ];
+}
+
+impl Unit {
+    /// The wires that a stage reads in this unit; none where the unit is built without it, or where it reads what no
+    /// wire carries (`footprint.axis = "longer-derivative"` takes a column of D past `covariance`).
+    #[must_use]
+    pub fn wires(&self, config: &Config, stage: Alone) -> &'static [&'static [Wire]] {
+        use Wire as W;
+        const V: &[Wire] = &[W::V, W::VExp];
+        const N: &[Wire] = &[W::N, W::NExp];
+        const FRAME_N: &[Wire] = &[W::FrameN, W::NExp];
+        const FACING: &[Wire] = &[
+            W::Reflecting,
+            W::NLift,
+            W::NdotV,
+            W::NdotN,
+            W::Face,
+            W::Zero,
+            W::InvMa,
+            W::InvMaFrac,
+            W::U,
+            W::Vv,
+        ];
+        const DERIVATIVES: &[Wire] = &[W::Dv, W::Dn];
+        const TANGENTS: &[Wire] = &[W::E1, W::E2];
+        let (bump, frame) = (self.bump.is_some(), self.frame.is_some());
+        match stage {
+            Alone::LocalFrame if frame => &[FRAME_N, &[W::H, W::HExp]],
+            Alone::Bump if bump => &[FRAME_N, TANGENTS, &[W::B]],
+            Alone::Reflect if bump => &[V, &[W::NExp, W::Bumped]],
+            Alone::Reflect if frame => &[V, FRAME_N],
+            Alone::Reflect => &[V, N],
+            Alone::CubeFace => &[&[W::VExp, W::NExp, W::NLift, W::Vr, W::VrFrac]],
+            Alone::Jacobian if bump => &[
+                V,
+                FRAME_N,
+                &[W::H, W::HExp],
+                TANGENTS,
+                &[W::B],
+                DERIVATIVES,
+                FACING,
+            ],
+            Alone::Jacobian => &[V, &[W::NExp], DERIVATIVES, FACING],
+            Alone::Roughness if self.roughness.is_some() => {
+                &[V, &[W::NExp], TANGENTS, &[W::Rough], FACING]
+            }
+            Alone::Covariance if self.roughness.is_some() => &[&[W::D, W::RoughB]],
+            Alone::Covariance => &[&[W::D]],
+            Alone::Eigen if config.axis != Axis::LongerDerivative => &[&[W::K, W::KFrac]],
+            Alone::Footprint => &[&[W::Lambda, W::LambdaExp, W::Axis]],
+            Alone::Back => &[&[W::Face, W::U, W::Vv, W::Count, W::Lod, W::Step]],
+            Alone::LocalFrame | Alone::Bump | Alone::Roughness | Alone::Eigen => &[],
+        }
+    }
+
+    /// Every stage up to `before`, or all, for the fragment in `ports`; the flags of all that ran.
+    pub fn one<T: Tap>(
+        &self,
+        ports: &Ports<1>,
+        before: Option<Alone>,
+        texture: Option<&Texture>,
+        state: &mut State<1>,
+        out: &mut Results<1>,
+        tap: &mut T,
+    ) -> Flags {
+        self.ports(ports, state, tap);
+        let mut flags = state.flags();
+        for stage in Alone::ALL {
+            if Some(stage) == before {
+                break;
+            }
+            let more = self.alone(stage, state, texture, out, tap);
+            flags.overflow |= more.overflow;
+            flags.events |= more.events;
+        }
+        flags
+    }
+
+    /// Runs one stage from the wires in `state`; its flags alone are set afterwards. `address` and `filter` need a texture.
+    #[inline(never)]
+    pub fn alone<T: Tap>(
+        &self,
+        stage: Alone,
+        state: &mut State<1>,
+        texture: Option<&Texture>,
+        out: &mut Results<1>,
+        tap: &mut T,
+    ) -> Flags {
+        state.flags = [NO_FLAGS];
+        let ports = Ports {
+            len: 1,
+            ..Ports::default()
+        };
+        match stage {
+            Alone::LocalFrame => self.local_frame(&ports, state, tap),
+            Alone::Bump => self.bump(&ports, state, tap),
+            Alone::Reflect => self.reflect(&ports, state, tap),
+            Alone::CubeFace => self.cube_face(&ports, state, tap),
+            Alone::Jacobian => {
+                self.normal(&ports, state, tap);
+                self.jacobian(&ports, state, tap);
+            }
+            Alone::Roughness => self.roughness(&ports, state, tap),
+            Alone::Covariance => self.covariance(&ports, state, tap),
+            Alone::Eigen => self.eigen(&ports, state, tap),
+            Alone::Footprint => self.footprint(&ports, state, tap),
+            Alone::Back => {
+                self.finish(state, 1, texture, out, tap);
+                return out.flags[0];
+            }
+        }
+        state.flags[0]
+    }
+}

@@ -1,0 +1,257 @@
+//! `conform`: named suites of seeded cases on every engine.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::Failure;
+use super::output::JsonTarget;
+use super::progress::Bar;
+use crate::conformance::run::{self, Engine, Outcome, Runner};
+use crate::conformance::suite::{CASES, Suite, matches};
+use crate::conformance::text;
+use crate::error::InputError;
+use crate::report::table::{Align, Table};
+use crate::unit::file;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Suites by name, with `*` for any characters: `eigen/*`, `*/default/extremes`.
+    #[arg(long, value_name = "GLOB", default_value = "*")]
+    suite: String,
+    /// Cases of each suite, from LO to below HI.
+    #[arg(long, num_args = 2, value_names = ["LO", "HI"])]
+    range: Option<Vec<u64>>,
+    /// Seed of all suites.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Engines, of rtl, f64 and gpu; those that are there if not given.
+    #[arg(long, value_delimiter = ',', value_parser = engine)]
+    engines: Option<Vec<Engine>>,
+    /// Only the names.
+    #[arg(long)]
+    list: bool,
+    /// Folder for a failed case: its inputs, its unit and the command that replays it.
+    #[arg(long, value_name = "DIR", default_value = "conform-failures")]
+    out: PathBuf,
+    /// The results as JSON; `-` is stdout, and nothing else goes there.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+fn engine(text: &str) -> Result<Engine, String> {
+    Engine::ALL
+        .into_iter()
+        .find(|e| e.name() == text)
+        .ok_or_else(|| "expected rtl, f64 or gpu".into())
+}
+
+/// Why an engine is left out; `None` where it runs.
+fn missing(engine: Engine) -> Option<&'static str> {
+    match engine {
+        Engine::Rtl | Engine::F64 => None,
+        Engine::Gpu => Some("this version runs no stage alone on a gpu"),
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    let suites: Vec<Suite> = Suite::all()
+        .into_iter()
+        .filter(|suite| matches(&args.suite, &suite.name()))
+        .collect();
+    if suites.is_empty() {
+        return Err(InputError::new(
+            "--suite",
+            "a pattern that some suite has",
+            format!("`{}`", args.suite),
+            "`tapline conform --list` prints the names",
+        )
+        .into());
+    }
+    if args.list {
+        let mut out = std::io::stdout().lock();
+        for suite in &suites {
+            writeln!(out, "{}", suite.name())?;
+        }
+        return Ok(());
+    }
+    let range = match args.range.as_deref() {
+        None => 0..CASES,
+        Some([low, high]) if low < high => *low..*high,
+        Some(_) => {
+            return Err(InputError::new(
+                "--range",
+                "two indices, the first below the second",
+                "another order",
+                "write for instance --range 0 100",
+            )
+            .into());
+        }
+    };
+    let mut engines = Vec::new();
+    let mut skipped = Vec::new();
+    for engine in args.engines.as_deref().unwrap_or(&Engine::ALL) {
+        match missing(*engine) {
+            None => engines.push(*engine),
+            Some(why) if args.engines.is_some() => {
+                return Err(InputError::new(
+                    "--engines",
+                    "engines that are there",
+                    engine.name(),
+                    why,
+                )
+                .into());
+            }
+            Some(why) => skipped.push((*engine, why)),
+        }
+    }
+    let target = JsonTarget::open(args.json.as_deref())?;
+    let cases = range.end - range.start;
+    let total = cases * u64::try_from(suites.len()).unwrap_or(0);
+    let bar = Bar::new("conform", total);
+    let results: Vec<Result<Outcome, InputError>> = suites
+        .par_iter()
+        .map(|suite| {
+            let outcome = Runner::new(*suite, args.seed)?.run(&engines, range.clone());
+            bar.add(outcome.cases);
+            Ok(outcome)
+        })
+        .collect();
+    drop(bar);
+    let mut outcomes = Vec::new();
+    for outcome in results {
+        outcomes.push(outcome?);
+    }
+    report(args, &suites, &outcomes, &engines, &skipped, target)
+}
+
+fn report(
+    args: &Args,
+    suites: &[Suite],
+    outcomes: &[Outcome],
+    engines: &[Engine],
+    skipped: &[(Engine, &str)],
+    target: JsonTarget,
+) -> Result<(), Failure> {
+    let mut rows = Vec::new();
+    let mut table = Table::new(&[
+        ("suite", Align::Left),
+        ("cases", Align::Right),
+        ("failed", Align::Right),
+        ("first difference", Align::Left),
+    ]);
+    let (mut failed, mut judged) = (0, 0);
+    for (suite, outcome) in suites.iter().zip(outcomes) {
+        let name = suite.name();
+        judged += outcome.judged;
+        if let Some(why) = outcome.vacuous {
+            super::note(&format!("{name}: {why}: the comparison shows little"));
+        }
+        let mut row = json!({
+            "suite": name, "cases": outcome.cases, "failed": outcome.failed, "judged": outcome.judged,
+            "vacuous": outcome.vacuous,
+        });
+        if let Some(failure) = &outcome.failure {
+            failed += 1;
+            let folder = args.out.join(name.replace('/', "-"));
+            keep(&folder, suite, failure, args.seed)?;
+            let place = format!(
+                "case {} on {}: {}",
+                failure.index,
+                failure.engine.name(),
+                failure.difference.text()
+            );
+            row["failure"] = json!({
+                "index": failure.index, "engine": failure.engine.name(), "stage": failure.difference.stage.name(),
+                "field": failure.difference.field, "folder": folder.display().to_string(),
+            });
+            table.row([
+                name,
+                outcome.cases.to_string(),
+                outcome.failed.to_string(),
+                place,
+            ]);
+        }
+        rows.push(row);
+    }
+    let names: Vec<&str> = engines.iter().map(|e| e.name()).collect();
+    let value: Value = json!({
+        "version": env!("CARGO_PKG_VERSION"), "seed": args.seed, "engines": names, "suites": rows,
+        "skipped": skipped.iter().map(|(e, why)| json!({"engine": e.name(), "why": why})).collect::<Vec<_>>(),
+    });
+    if !target.takes_stdout() {
+        let mut out = std::io::stdout().lock();
+        if failed > 0 {
+            writeln!(out, "{table}")?;
+        }
+        let cases: u64 = outcomes.iter().map(|o| o.cases).sum();
+        writeln!(
+            out,
+            "{} suites, {cases} cases on {}, {judged} components against exact arithmetic: {failed} suites failed; tapline {}, seed {}",
+            suites.len(),
+            names.join(" and "),
+            env!("CARGO_PKG_VERSION"),
+            args.seed
+        )?;
+        for (engine, why) in skipped {
+            writeln!(out, "skipped: {}, {why}", engine.name())?;
+        }
+    }
+    target.write(&value)?;
+    if failed > 0 {
+        return Err(Failure::Disagrees(format!(
+            "{failed} suites failed; see {}",
+            args.out.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Writes a failed case's folder.
+fn keep(folder: &Path, suite: &Suite, failure: &run::Failure, seed: u64) -> Result<(), InputError> {
+    let write = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(|e| {
+            InputError::new(
+                path.display().to_string(),
+                "a file that can be written",
+                e.to_string(),
+                "choose another --out",
+            )
+        })
+    };
+    std::fs::create_dir_all(folder).map_err(|e| {
+        InputError::new(
+            folder.display().to_string(),
+            "a folder that can be made",
+            e.to_string(),
+            "choose another --out",
+        )
+    })?;
+    let spec = suite.configuration.unit()?;
+    let mut runner = Runner::new(*suite, seed)?;
+    let original = runner.input(failure.index);
+    let model = runner.model();
+    let shape = model.shape().clone();
+    let output = runner.output(&original);
+    let line =
+        |input: &[i64], output: &[i64]| text::line(&shape, text::Format::Jsonl, input, output);
+    let (index, name) = (failure.index, suite.name());
+    write("unit.toml", file::to_toml(&spec))?;
+    write("case.jsonl", format!("{}\n", line(&original, &output)))?;
+    write(
+        "minimised.jsonl",
+        format!("{}\n", line(&failure.input, &failure.output)),
+    )?;
+    write(
+        "replay.txt",
+        format!(
+            "tapline conform --suite {name} --range {index} {} --seed {seed} --engines {}\n{}\n",
+            index + 1,
+            failure.engine.name(),
+            failure.difference.text()
+        ),
+    )
+}

@@ -1,0 +1,310 @@
+//! Rules of `covariance`, `eigen` and `footprint`.
+
+use rtl_model::regs::Reg;
+use rtl_model::stages::footprint::planar_unit;
+
+use super::Case;
+use super::sheet::{Sheet, real, zero};
+use crate::policy::{Axis, Count, Minor, Placement};
+use crate::reference::real::Real;
+use crate::reference::wide::Wide;
+
+/// The larger of two.
+fn larger(a: Wide, b: Wide) -> Wide {
+    if a > b { a } else { b }
+}
+
+/// K = D Dᵀ + (sB')(sB')ᵀ, one even exponent for all three.
+pub(super) fn covariance(s: &mut Sheet<'_>, planar: bool) {
+    let d = if planar { Reg::SurfJac } else { Reg::JacD };
+    let mut k = [zero(); 3];
+    for reg in [d, Reg::RoughB] {
+        let [ux, uy, vx, vy] = [0, 1, 2, 3].map(|i| s.value(reg, i));
+        k[0] = k[0] + ux * ux + uy * uy;
+        k[1] = k[1] + ux * vx + uy * vy;
+        k[2] = k[2] + vx * vx + vy * vy;
+    }
+    let codes = s.codes(Reg::CovK);
+    if codes.len() < 3 {
+        return;
+    }
+    let width = s.config.format(Reg::CovK).magnitude_bits();
+    let most = codes[0].raw.unsigned_abs().max(codes[2].raw.unsigned_abs());
+    // The leading bit lies on one of the two top bits, as the exponent is even.
+    let is_normal = most >> (width - 2) != 0 && most >> width == 0;
+    s.mantissas(Reg::CovK, 0, &k, zero(), is_normal);
+}
+
+/// λ1, λ2, the axis.
+pub(super) fn eigen(s: &mut Sheet<'_>) {
+    let [a, b, c] = s.vector(Reg::CovK, 0);
+    let diff = c - a;
+    let two_b = real(2.0) * b;
+    let (root, slack) = s.sqrt(diff * diff + two_b * two_b);
+    s.fixed(Reg::EigenRoot, 0, root, slack);
+    let root = s.value(Reg::EigenRoot, 0);
+    let longer = s.config.axis == Axis::LongerDerivative;
+    if !longer {
+        let half = real(0.5);
+        s.fixed(Reg::EigenSq, 0, half * (a + c + root), zero());
+        s.fixed(
+            Reg::EigenSq,
+            1,
+            larger(half * (a + c - root), zero()),
+            zero(),
+        );
+    }
+    for k in 0..2 {
+        let (exact, slack) = if k == 1 && s.config.minor == Minor::Det && !longer {
+            let major = s.value(Reg::EigenLambda, 0);
+            if major.is_zero() {
+                continue;
+            }
+            let exact = larger(a * c - b * b, zero()).sqrt() / major;
+            let share = (1.0 + s.tables.sqrt) * (1.0 + s.tables.recip) - 1.0;
+            (exact, Sheet::share(exact, share))
+        } else {
+            s.sqrt(s.value(Reg::EigenSq, k))
+        };
+        s.fixed(Reg::EigenLambda, k, exact, slack);
+    }
+    match s.config.axis {
+        Axis::EigenTable if s.config.tables.eigen.order == 0 => table_axis(s, two_b, diff),
+        Axis::EigenTable => interpolated_axis(s, two_b, diff),
+        Axis::EigenExact => exact_axis(s, two_b, diff, root),
+        Axis::LongerDerivative => {}
+    }
+}
+
+/// The axis at the angle α of r1 = (cos α, −sin α) or r2 = (sin α, cos α), its first component not negative.
+fn direction(alpha: f64, is_first: bool) -> [f64; 2] {
+    let (sin, cos) = (libm::sin(alpha), libm::cos(alpha));
+    let [x, y] = if is_first { [cos, -sin] } else { [sin, cos] };
+    if x < 0.0 || (x == 0.0 && y < 0.0) {
+        [-x, -y]
+    } else {
+        [x, y]
+    }
+}
+
+/// Notes the axis against the nearest of some directions, each known to `slack`.
+fn nearest(s: &mut Sheet<'_>, candidates: &[[f64; 2]], slack: f64) {
+    let held = [0, 1].map(|i| s.value(Reg::EigenAxis, i).to_f64());
+    let distance = |d: &[f64; 2]| (d[0] - held[0]).abs().max((d[1] - held[1]).abs());
+    // At (0, ±1) both signs are right.
+    let turned = candidates
+        .iter()
+        .filter(|d| d[0].abs() <= slack)
+        .map(|d| [-d[0], -d[1]]);
+    let best = candidates
+        .iter()
+        .copied()
+        .chain(turned)
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    if let Some(best) = best {
+        for (i, x) in best.into_iter().enumerate() {
+            s.fixed(Reg::EigenAxis, i, real(x), real(slack));
+        }
+    }
+}
+
+/// 2^−bits.
+fn power(bits: u32) -> f64 {
+    libm::ldexp(1.0, -i32::try_from(bits).unwrap_or(0))
+}
+
+/// The entry of the bin that 2α lies in; beside a boundary, whose constants have 28 bits, either of the two.
+fn table_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
+    if two_b.is_zero() && diff.is_zero() {
+        nearest(s, &[[1.0, 0.0]], 0.0);
+        return;
+    }
+    let spec = s.config.tables.eigen;
+    let n = f64::from(spec.entries);
+    let step = std::f64::consts::PI / n;
+    let ratio = (two_b.abs() / larger(diff.abs(), Wide::code(1, 4000))).to_f64();
+    let angle = if diff.is_zero() {
+        std::f64::consts::FRAC_PI_2
+    } else {
+        libm::atan(ratio)
+    };
+    let centred = s.config.placement == Placement::Centres;
+    // 2α in steps: the entry's number, from a boundary that is one or half a step above 0.
+    let place = angle / step + if centred { 0.0 } else { 0.5 };
+    // Boundary constants are off by 2^−29 each, doubles by less.
+    let fuzz = 4.0 * power(28) / step;
+    let entry = |bin: f64| if centred { bin + 0.5 } else { bin };
+    let last = if centred {
+        (n / 2.0).ceil() - 1.0
+    } else {
+        (n / 2.0).floor()
+    };
+    let negative = (two_b < zero()) != (diff < zero());
+    let sign = if two_b.is_zero() || !negative {
+        1.0
+    } else {
+        -1.0
+    };
+    let mut candidates = Vec::new();
+    for bin in [(place - fuzz).floor(), (place + fuzz).floor()] {
+        let alpha = sign * entry(bin.clamp(0.0, last)) * step / 2.0;
+        candidates.push(direction(alpha, diff < zero()));
+        if two_b.is_zero() {
+            candidates.push(direction(-alpha, diff < zero()));
+        }
+    }
+    // A finished entry has its own rounding.
+    nearest(s, &candidates, power(spec.frac + 1) + 4.0 * f64::EPSILON);
+}
+
+/// The exact axis, off by the chord of a step and by the entries' roundings.
+fn interpolated_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
+    if two_b.is_zero() && diff.is_zero() {
+        nearest(s, &[[1.0, 0.0]], 0.0);
+        return;
+    }
+    // K may lie far outside of the doubles.
+    let size = two_b.abs() + diff.abs();
+    let alpha = libm::atan2((two_b / size).to_f64(), (diff / size).to_f64());
+    let alpha = if diff < zero() {
+        alpha - std::f64::consts::PI
+    } else {
+        alpha
+    } / 2.0;
+    let step = std::f64::consts::FRAC_PI_2 / f64::from(s.config.tables.eigen.entries);
+    // Chord against arc: h²/8. Linear in tan 2α over a step of 2h instead of in α: (2h)³/(9√3)·sec² of the step, at
+    // most h³ for h ≤ 45°, of a component's slope of 1. The fraction of the way: the reciprocal's error and 30 bits.
+    let curve = step * step / 8.0 + step * step * step;
+    let fraction = step * (s.tables.recip + 4.0 * power(28));
+    let slack = curve + fraction + 2.0 * power(s.config.tables.eigen.frac + 1) + 8.0 * power(30);
+    nearest(s, &[direction(alpha, diff < zero())], slack);
+}
+
+/// (|c − a| + root, 2b) normalised: components cut to 30 bits, 1/√x from its table.
+fn exact_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide, root: Wide) {
+    if two_b.is_zero() && diff.is_zero() {
+        nearest(s, &[[1.0, 0.0]], 0.0);
+        return;
+    }
+    let p = diff.abs() + root;
+    let [x, y] = if diff < zero() {
+        [p, two_b]
+    } else {
+        [two_b, p]
+    };
+    let length = (x * x + y * y).sqrt();
+    let unit = [(x / length).to_f64(), (y / length).to_f64()];
+    let unit = if unit[0] < 0.0 || (unit[0] == 0.0 && unit[1] < 0.0) {
+        [-unit[0], -unit[1]]
+    } else {
+        unit
+    };
+    let slack = s.tables.rsqrt + 4.0 * power(29);
+    nearest(s, &[unit], slack);
+}
+
+/// M, m, LOD, count, the line and its step.
+pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: bool) {
+    let sizes = if planar {
+        [size, (size / 2).max(1)]
+    } else {
+        [size; 2]
+    };
+    let unit = if planar { planar_unit(sizes) } else { size };
+    // λ is in u, v of a cube and in texels of a texture.
+    let half = if planar { 1.0 } else { f64::from(size) / 2.0 };
+    let config = s.config;
+    let [major, minor] = [0, 1].map(|k| s.value(Reg::EigenLambda, k));
+    s.fixed(Reg::FootLength, 0, major * real(half), zero());
+    let length = s.value(Reg::FootLength, 0);
+    let max = f64::from(config.max_probes);
+    let cap = match config.count {
+        Count::Ceil | Count::Round => 1.0 / max,
+        Count::Pow2 => 1.0 / f64::from(1u32 << config.max_probes.max(1).ilog2()),
+        Count::Feline => 2.0 / (max + 1.0),
+    };
+    // Dividing in doubles costs 2^−52 of the quotient.
+    let capped = length * real(cap);
+    let exact = larger(larger(minor * real(half), capped), real(1.0));
+    s.fixed(
+        Reg::FootWidth,
+        0,
+        exact,
+        Sheet::share(capped, 2.0 * f64::EPSILON),
+    );
+    let width = s.value(Reg::FootWidth, 0);
+    if width.to_f64() > 0.0 {
+        let last = f64::from(sizes[0].max(sizes[1]).max(1).ilog2());
+        let lod = libm::log2(width.to_f64()).clamp(0.0, last);
+        let slack = s.tables.log2 + 16.0 * f64::EPSILON;
+        s.fixed(Reg::FootLod, 0, real(lod), real(slack));
+    }
+    let Some(count) = case.count() else { return };
+    if case.input("count", 0).is_none() && length.to_f64() >= 0.0 && width.to_f64() > 0.0 {
+        s.choice(
+            "count",
+            count,
+            counted(config.count, config.max_probes, length, width),
+        );
+    }
+    let axis = [0, 1].map(|k| s.value(Reg::EigenAxis, k));
+    let feline = config.count == Count::Feline;
+    for (k, axis) in axis.into_iter().enumerate() {
+        let (body, slack) = if feline {
+            let body = larger(major - width / real(half), zero()) * real(2.0);
+            // λ1 is cut to 28 bits, at most 2^9; 2/N has 28 bits, its product is cut.
+            (body, (real(3.0) + width) * real(2.0 * power(28)))
+        } else {
+            (major, zero())
+        };
+        if feline && major.to_f64() >= 512.0 {
+            continue;
+        }
+        s.fixed(Reg::FootLine, k, body * axis, slack * axis.abs());
+        let nominal =
+            s.value(Reg::FootLine, k) / real(if planar { f64::from(unit) / 2.0 } else { 1.0 });
+        let parts = if feline { 2 * (count - 1) } else { 2 * count };
+        let ratio = f64::from(unit) / f64::from(sizes[k].max(1));
+        let over = (f64::from(unit - 1) / f64::from(sizes[k].max(1))).floor();
+        let bits = 28.0
+            - if over >= 1.0 {
+                libm::log2(over).floor() + 1.0
+            } else {
+                0.0
+            };
+        #[expect(clippy::cast_precision_loss, reason = "at most 128 parts")]
+        let exact = if parts > 0 {
+            nominal * real(ratio) / real(parts as f64)
+        } else {
+            zero()
+        };
+        // The quotient's table has `bits` fraction bits.
+        let slack = nominal.abs() * real(libm::exp2(-bits - 1.0));
+        s.fixed(Reg::FootStep, k, exact, slack);
+    }
+}
+
+/// The count that the rule gives for M and m as their registers hold them.
+fn counted(rule: Count, max: u32, length: Wide, width: Wide) -> i64 {
+    let max = i64::from(max);
+    let beyond = |n: i64| {
+        #[expect(clippy::cast_precision_loss, reason = "at most 64 probes")]
+        let n = n as f64;
+        match rule {
+            Count::Ceil | Count::Pow2 => length > width * real(n + 1.0 / 256.0),
+            Count::Round => length >= width * real(n + 0.5),
+            Count::Feline => length >= width * real((n + 1.5) / 2.0),
+        }
+    };
+    let plain = (1..max).find(|n| !beyond(*n)).unwrap_or(max);
+    if rule == Count::Pow2 {
+        let most = 1i64 << max.max(1).ilog2();
+        plain
+            .unsigned_abs()
+            .next_power_of_two()
+            .cast_signed()
+            .min(most)
+    } else {
+        plain
+    }
+}

@@ -1,0 +1,556 @@
+//! The checks of the stages from `covariance` on, which all operations share.
+
+use super::{
+    Bounded, Case, Checker, Expected, Register, Station, bits, exactly, expect, float, handed,
+    handed_on, number, own, recorded, whole,
+};
+use crate::cube::{CubeMap, direction, face_uv, major_face};
+use crate::engine::gpu::tables;
+use crate::gpu::kernels::Kernel;
+use crate::gpu::maps::Maps;
+use crate::gpu::policy::Policy;
+use crate::gpu::{Gpu, GpuError};
+use crate::planar::PlanarMap;
+use crate::policy::{Axis, Count, Weights};
+use crate::reference::covariance::covariance;
+use crate::reference::eigen::eigen;
+use crate::reference::footprint::{Chain, Rule, footprint};
+use crate::reference::planar::{PlanarTexture, wrapped};
+use crate::reference::real::{Narrow as _, Real as _};
+use crate::reference::{Texture, probe_weights};
+use crate::settings::Settings;
+use crate::stage::Stage;
+
+const COVARIANCE: &[Register] = &[float("k", 3)];
+const EIGEN: &[Register] = &[
+    float("root", 1),
+    float("lambda_sq", 2),
+    float("lambda", 2),
+    float("axis", 2),
+];
+const FOOTPRINT: &[Register] = &[
+    float("length", 1),
+    float("width", 1),
+    whole("probes"),
+    float("lod", 1),
+    float("step", 2),
+    whole("flags"),
+];
+const ADDRESS: &[Register] = &[
+    float("u", 1),
+    float("v", 1),
+    whole("face"),
+    float("place", 2),
+    float("s", 4),
+];
+
+/// Where a fragment stands before `covariance`.
+pub(super) struct Footing {
+    pub(super) pixel: [u32; 2],
+    pub(super) face: usize,
+    pub(super) centre: [Bounded; 2],
+    pub(super) d: [[Bounded; 2]; 2],
+    pub(super) rough: Option<[[Bounded; 2]; 2]>,
+}
+
+/// What the probes of a fragment read.
+enum Memory<'a> {
+    Cube(Texture<'a>),
+    Planar(PlanarTexture<'a>),
+}
+
+/// The maps and the policy of the stages from `covariance` on.
+pub(super) struct Behind<'a> {
+    pub(super) maps: Maps,
+    pub(super) policy: Policy,
+    settings: Settings,
+    memory: Memory<'a>,
+    size: [usize; 2],
+    levels: usize,
+}
+
+/// One fragment's probes as `filter` gets them.
+struct Line {
+    pixel: [u32; 2],
+    face: usize,
+    centre: [Bounded; 2],
+    step: [Bounded; 2],
+    probes: u32,
+    lod: Bounded,
+}
+
+impl<'a> Behind<'a> {
+    fn new(gpu: &Gpu, settings: &Settings) -> Result<(Maps, Policy, Settings), GpuError> {
+        // The table's axis is compared in the picture; here the axis is the exact one.
+        let settings = Settings {
+            reference_table: None,
+            ..settings.clone()
+        };
+        let tables = tables(&settings);
+        let maps = Maps::none(gpu)?.with_tables(gpu, &tables.words())?;
+        Ok((maps, Policy::new(&settings, &tables), settings))
+    }
+
+    pub(super) fn cube(gpu: &Gpu, settings: &Settings, map: &'a CubeMap) -> Result<Self, GpuError> {
+        let (maps, policy, settings) = Self::new(gpu, settings)?;
+        Ok(Self {
+            maps: maps.with_cube(gpu, map)?,
+            policy: policy.with_cube(map),
+            settings,
+            memory: Memory::Cube(Texture::new(map)),
+            size: [map.size(); 2],
+            levels: map.levels.len(),
+        })
+    }
+
+    pub(super) fn planar(
+        gpu: &Gpu,
+        settings: &Settings,
+        map: &'a PlanarMap,
+    ) -> Result<Self, GpuError> {
+        let (maps, policy, settings) = Self::new(gpu, settings)?;
+        let wrap = settings.tex.wrap;
+        Ok(Self {
+            maps: maps.with_planar(gpu, map)?,
+            policy: policy.with_planar(map),
+            settings,
+            memory: Memory::Planar(PlanarTexture::new(map, wrap)),
+            size: map.size(),
+            levels: map.levels.len(),
+        })
+    }
+
+    fn station<'b>(&'b self, kernel: Kernel, registers: &'b [Register]) -> Station<'b> {
+        Station {
+            kernel,
+            maps: &self.maps,
+            policy: &self.policy,
+            registers,
+        }
+    }
+
+    /// Checks the stages from `covariance` to `filter`.
+    pub(super) fn check(
+        &self,
+        checker: &mut Checker<'_>,
+        footings: &[Footing],
+    ) -> Result<(), GpuError> {
+        let mut cases: [Vec<Case>; 3] = Default::default();
+        let lines: Vec<Line> = footings.iter().map(|f| self.line(f, &mut cases)).collect();
+        let stages = [
+            (Stage::Covariance, COVARIANCE),
+            (Stage::Eigen, EIGEN),
+            (Stage::Footprint, FOOTPRINT),
+        ];
+        for ((stage, registers), cases) in stages.into_iter().zip(&mut cases) {
+            let station = self.station(Kernel::Stage(stage), registers);
+            checker.stage(&station, cases, &|_, _| {})?;
+        }
+        match &self.memory {
+            Memory::Cube(texture) => {
+                self.addresses(checker, &lines)?;
+                self.filters(
+                    checker,
+                    &lines,
+                    Kernel::Stage(Stage::Filter),
+                    &|case, words, levels| cube_probe(texture, case, words, levels),
+                )
+            }
+            Memory::Planar(texture) => self.filters(
+                checker,
+                &lines,
+                Kernel::FilterPlanar,
+                &|case, words, levels| planar_probe(texture, case, words, levels),
+            ),
+        }
+    }
+
+    fn line(&self, footing: &Footing, cases: &mut [Vec<Case>; 3]) -> Line {
+        let settings = &self.settings;
+        let pixel = footing.pixel;
+        let zero = [[Bounded::exact(0.0); 2]; 2];
+        let (d, rough) = (&footing.d, footing.rough.as_ref());
+        let matrices = d
+            .as_flattened()
+            .iter()
+            .chain(rough.unwrap_or(&zero).as_flattened());
+        let matrices: Vec<Bounded> = matrices.copied().collect();
+        let (k, recorder, undecided) = recorded(|tap, _| covariance(d, rough, tap));
+        cases[0].push(Case {
+            pixel,
+            operands: bits(&matrices).collect(),
+            expected: recorder.expected(COVARIANCE),
+            undecided,
+        });
+        let k = handed(k);
+        let policy = (settings.axis, settings.minor);
+        // The kernel shifts K by a power of two before it squares it, and the results back: exact.
+        let scale = if settings.axis == Axis::LongerDerivative {
+            1.0
+        } else {
+            scale_of(&k)
+        };
+        let shifted = k.map(|x| Bounded::exact(x.value * scale));
+        let (mut axes, mut recorder, undecided) =
+            recorded(|tap, _| eigen(shifted, [Some(d), rough], policy, None, tap));
+        for (register, component, value, error) in &mut recorder.put {
+            if ["root", "lambda_sq"].contains(register) {
+                *value /= scale;
+                *error /= scale;
+            } else if *register == "lambda" {
+                let squares = axes.lambda_sq[*component];
+                let back = Bounded {
+                    value: squares.value / scale,
+                    error: squares.error / scale,
+                };
+                axes.lambda[*component] = back.sqrt();
+                (*value, *error) = (back.sqrt().value, back.sqrt().error);
+            }
+        }
+        cases[1].push(Case {
+            pixel,
+            operands: bits(&k).chain(bits(&matrices)).collect(),
+            expected: recorder.expected(EIGEN),
+            undecided,
+        });
+        let (lambda, axis) = (handed(axes.lambda), handed(axes.axis));
+        // λ on a 2-D texture counts in texels: 2 texels are 2.
+        let size = match self.memory {
+            Memory::Cube(_) => self.size[0],
+            Memory::Planar(_) => 2,
+        };
+        let chain = Chain {
+            size,
+            levels: self.levels,
+        };
+        let rule = Rule {
+            count: settings.count,
+            max_probes: settings.max_probes,
+        };
+        let (line, recorder, undecided) =
+            recorded(|tap, flags| footprint(lambda, axis, chain, rule, flags, tap));
+        let mut operands: Vec<u32> = bits(&lambda).chain(bits(&axis)).collect();
+        operands.push(u32::try_from(size).unwrap_or(u32::MAX));
+        cases[2].push(Case {
+            pixel,
+            operands,
+            expected: recorder.expected(FOOTPRINT),
+            undecided,
+        });
+        let step = match self.memory {
+            Memory::Cube(_) => handed(line.step),
+            Memory::Planar(_) => [0, 1].map(|i| {
+                let texel = Bounded::exact(2.0 / self.size[i] as f64);
+                handed_on(line.step[i] * handed_on(texel))
+            }),
+        };
+        Line {
+            pixel,
+            face: footing.face,
+            centre: footing.centre,
+            step,
+            probes: line.probes,
+            lod: handed_on(line.lod),
+        }
+    }
+
+    fn levels(&self, lod: f64) -> [usize; 2] {
+        let levels = crate::reference::filter::Levels::new(lod, self.levels);
+        levels.index
+    }
+
+    /// The stage `address` on a cube: one case a probe.
+    fn addresses(&self, checker: &mut Checker<'_>, lines: &[Line]) -> Result<(), GpuError> {
+        let small = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let mut cases = Vec::new();
+        for line in lines {
+            let sizes = self
+                .levels(line.lod.value)
+                .map(|level| (self.size[0] >> level).max(1));
+            for index in 0..line.probes {
+                let mut operands = vec![small(line.face)];
+                operands.extend(bits(&line.centre).chain(bits(&line.step)));
+                operands.extend([index, line.probes, small(sizes[0]), small(sizes[1])]);
+                cases.push(Case {
+                    pixel: line.pixel,
+                    operands,
+                    ..Case::default()
+                });
+            }
+        }
+        let station = self.station(Kernel::Stage(Stage::Address), ADDRESS);
+        checker.stage(&station, &mut cases, &|case, results| {
+            let _ = Bounded::undecided();
+            case.expected = address_expected(&case.operands, results);
+            case.undecided = Bounded::undecided() > 0;
+        })
+    }
+
+    /// The stage `filter`; `probe` gives what the words of a probe must be and its two bilinear values as the device has
+    /// them.
+    fn filters(
+        &self,
+        checker: &mut Checker<'_>,
+        lines: &[Line],
+        kernel: Kernel,
+        probe: &dyn Fn(ProbeCase<'_>, &[u32], [usize; 2]) -> Vec<Expected>,
+    ) -> Result<(), GpuError> {
+        let planar = matches!(self.memory, Memory::Planar(_));
+        let place = if planar { 2 } else { 3 };
+        // As many words as the most probes of these fragments need; the kernel writes those of its own.
+        let counts: std::collections::BTreeSet<u32> = lines.iter().map(|l| l.probes).collect();
+        for count in counts {
+            let mut cases: Vec<Case> = lines
+                .iter()
+                .filter(|line| line.probes == count)
+                .map(|line| {
+                    let mut operands = Vec::new();
+                    if !planar {
+                        operands.push(u32::try_from(line.face).unwrap_or(0));
+                    }
+                    operands.extend(bits(&line.centre).chain(bits(&line.step)));
+                    operands.push(line.probes);
+                    operands.extend(bits(&[line.lod]));
+                    Case {
+                        pixel: line.pixel,
+                        operands,
+                        ..Case::default()
+                    }
+                })
+                .collect();
+            let mut registers = vec![float("color", 3)];
+            for _ in 0..count {
+                if !planar {
+                    registers.push(whole("face"));
+                }
+                registers.push(float("place", 2));
+                registers.push(float("bilinear", 6));
+            }
+            let station = self.station(kernel, &registers);
+            let weights = self.weights(count);
+            checker.stage(&station, &mut cases, &|case, results| {
+                let _ = Bounded::undecided();
+                let lod = number(case.operands[case.operands.len() - 1]);
+                let levels = self.levels(lod);
+                let probes = results[3..].chunks_exact(place + 6);
+                let mut expected = color(lod, &weights, probes.clone().map(|p| &p[place..]));
+                for (index, words) in probes.enumerate() {
+                    let at = ProbeCase {
+                        operands: &case.operands,
+                        index: u32::try_from(index).unwrap_or(u32::MAX),
+                        probes: count,
+                        settings: &self.settings,
+                    };
+                    expected.extend(probe(at, words, levels));
+                }
+                case.expected = expected;
+                case.undecided = Bounded::undecided() > 0;
+            })?;
+        }
+        Ok(())
+    }
+
+    fn weights(&self, count: u32) -> Vec<f64> {
+        match self.settings.weights {
+            Weights::Box => vec![1.0; count as usize],
+            Weights::Gaussian => {
+                let end_points = self.settings.count == Count::Feline;
+                let bits = self.settings.probe_weight_bits;
+                let weights = probe_weights(count, bits, end_points);
+                weights.into_iter().map(f64::from).collect()
+            }
+        }
+    }
+}
+
+/// A probe of a case of `filter`.
+struct ProbeCase<'a> {
+    operands: &'a [u32],
+    index: u32,
+    probes: u32,
+    settings: &'a Settings,
+}
+
+/// The power of two that brings K's largest entry to [1, 2).
+fn scale_of(k: &[Bounded; 3]) -> f64 {
+    let most = k.iter().fold(0.0f64, |most, x| most.max(x.value.abs()));
+    if most < f64::from(f32::MIN_POSITIVE) {
+        return 1.0;
+    }
+    libm::ldexp(1.0, 1 - libm::frexp(most).1)
+}
+
+/// centre + (2·index + 1 − probes)·step; `operands` start with the centre.
+fn place(operands: &[u32], index: u32, probes: u32) -> [Bounded; 2] {
+    // Whole numbers below 2²⁴: exact.
+    let offset = Bounded::exact(2.0 * f64::from(index) + 1.0 - f64::from(probes));
+    [0, 1].map(|c| own(operands[c]) + offset * own(operands[2 + c]))
+}
+
+/// What the results of `address` must be: place, then face, place on it and texel coordinates from the device's own.
+fn address_expected(operands: &[u32], results: &[u32]) -> Vec<Expected> {
+    let face = operands[0] as usize;
+    let [u, v] = place(&operands[1..], operands[5], operands[6]);
+    let mut out = vec![expect(u), expect(v)];
+    let (face, on_face) = readdressed(face, [number(results[0]), number(results[1])]);
+    out.push(exactly(face));
+    out.extend(on_face.map(expect));
+    for size in &operands[7..9] {
+        for word in &results[3..5] {
+            out.push(expect(texel_coordinate(own(*word), *size as usize)));
+        }
+    }
+    out
+}
+
+/// Face and coordinates of an f32 place on the plane of a face.
+fn readdressed(face: usize, [u, v]: [f64; 2]) -> (u32, [Bounded; 2]) {
+    let small = |face: usize| u32::try_from(face).unwrap_or(0);
+    if u.abs() <= 1.0 && v.abs() <= 1.0 {
+        return (small(face), [u, v].map(Bounded::exact));
+    }
+    let d = direction(face, u, v);
+    let (other, u, v) = face_uv(d);
+    let ma = Bounded::exact(d[major_face(d) / 2].abs());
+    // The quotients' numerators are components of d: exact.
+    let of = |value: f64| {
+        let quotient = Bounded::exact(value * ma.value) / ma;
+        Bounded {
+            value,
+            error: quotient.error,
+        }
+    };
+    (small(other), [of(u), of(v)])
+}
+
+/// (u + 1)/2·N − ½ as the kernels compute it.
+fn texel_coordinate(u: Bounded, size: usize) -> Bounded {
+    let [one, two, half] = [1.0, 2.0, 0.5].map(Bounded::exact);
+    (u + one) / two * Bounded::exact(size as f64) - half
+}
+
+/// The cell of a coordinate: the lower tap, and the weight of the upper one.
+fn cell(u: Bounded, size: usize) -> (i64, Bounded) {
+    let s = texel_coordinate(u, size);
+    let bound = size as f64 - 0.5;
+    let s = Bounded {
+        value: s.value.clamp(-0.5, bound),
+        error: s.error,
+    };
+    let low = s.floor();
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a whole number from -1 to the size"
+    )]
+    let index = low.value as i64;
+    (index, s - low)
+}
+
+fn mix(a: Bounded, b: Bounded, f: Bounded) -> Bounded {
+    a + (b - a) * f
+}
+
+/// The bilinear value between taps.
+fn bilinear(
+    at: [Bounded; 2],
+    size: [usize; 2],
+    tap: impl Fn(i64, i64) -> [Bounded; 3],
+) -> [Bounded; 3] {
+    let ((x, fx), (y, fy)) = (cell(at[0], size[0]), cell(at[1], size[1]));
+    let [lt, rt] = [tap(x, y), tap(x + 1, y)];
+    let [lb, rb] = [tap(x, y + 1), tap(x + 1, y + 1)];
+    [0, 1, 2].map(|c| mix(mix(lt[c], rt[c], fx), mix(lb[c], rb[c], fx), fy))
+}
+
+/// What the words of a probe on a cube must be, at the device's own address.
+fn cube_probe(
+    texture: &Texture<'_>,
+    case: ProbeCase<'_>,
+    words: &[u32],
+    levels: [usize; 2],
+) -> Vec<Expected> {
+    let _ = case;
+    let face = (words[0] as usize).min(5);
+    let at = [own(words[1]), own(words[2])];
+    // Face and place are registers of `address`, checked there.
+    let mut out = vec![None; 3];
+    for level in levels {
+        let size = texture.level_size(level);
+        let n = i64::try_from(size).unwrap_or(i64::MAX);
+        let value = bilinear(at, [size; 2], |x, y| {
+            let corner = (x < 0 || x >= n) && (y < 0 || y >= n);
+            let index = |t: i64| usize::try_from((t + 1).clamp(0, n + 1)).unwrap_or(0);
+            let [x, y] = [index(x), index(y)];
+            texture.tap(level, face, x, y).map(|value| {
+                if corner {
+                    // Two sums and a quotient of texels that are not negative.
+                    let error = 4.5 * super::EPSILON * value.abs();
+                    Bounded { value, error }
+                } else {
+                    Bounded::exact(value)
+                }
+            })
+        });
+        out.extend(value.map(expect));
+    }
+    out
+}
+
+/// What the words of a probe on a 2-D texture must be.
+fn planar_probe(
+    texture: &PlanarTexture<'_>,
+    case: ProbeCase<'_>,
+    words: &[u32],
+    levels: [usize; 2],
+) -> Vec<Expected> {
+    let plane = place(case.operands, case.index, case.probes);
+    let mut out = Vec::new();
+    for (u, wrap) in plane.into_iter().zip(case.settings.tex.wrap) {
+        let value = wrapped(u.value, wrap);
+        // The remainder's product is exact; the difference is rounded once.
+        let moved = (value - u.value).abs();
+        let error =
+            u.error + super::EPSILON * (value.abs() + u.error) * f64::from(u8::from(moved > 0.0));
+        // Where the texture begins anew a device may be on the other side.
+        let inside = Bounded {
+            value: value.abs(),
+            error,
+        };
+        let _ = inside <= Bounded::exact(1.0);
+        out.push(Some((value, error)));
+    }
+    let at = [own(words[0]), own(words[1])];
+    for level in levels {
+        let size = texture.level_size(level);
+        let tap = |x, y| texture.texel(level, [x, y]).map(Bounded::exact);
+        out.extend(bilinear(at, size, tap).map(expect));
+    }
+    out
+}
+
+/// The colour from the device's own bilinear values.
+fn color<'w>(lod: f64, weights: &[f64], probes: impl Iterator<Item = &'w [u32]>) -> Vec<Expected> {
+    let fraction = Bounded::exact(lod - lod.floor());
+    let zero = Bounded::exact(0.0);
+    let mut sums = [[zero; 3]; 2];
+    let mut total = zero;
+    for (weight, words) in weights.iter().zip(probes) {
+        let weight = Bounded::from_f64(*weight);
+        total = total + weight;
+        for (level, sum) in sums.iter_mut().enumerate() {
+            for (channel, sum) in sum.iter_mut().enumerate() {
+                *sum = *sum + weight * own(words[3 * level + channel]);
+            }
+        }
+    }
+    (0..3)
+        .map(|channel| {
+            let [low, high] = sums.map(|sum| sum[channel] / total);
+            expect(if fraction.value > 0.0 {
+                mix(low, high, fraction)
+            } else {
+                low
+            })
+        })
+        .collect()
+}

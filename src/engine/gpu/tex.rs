@@ -1,0 +1,246 @@
+//! The TEX operation on a device: requests of a scene's paths, cones included.
+
+use super::{Filtered, Operands, tables};
+use crate::engine::tex_requests::{Request, scene_row};
+use crate::engine::tex_subject::TexSubject;
+use crate::fragment::{Tangents, TexFragment};
+use crate::gpu::dispatch::{Program, Words};
+use crate::gpu::kernels::{Fused, Kernel};
+use crate::gpu::maps::Maps;
+use crate::gpu::policy::{Policy, to_f32};
+use crate::gpu::{Gpu, GpuError};
+use crate::policy::Wrap;
+use crate::reference::Flag;
+use crate::reference::ray_cone::Step;
+use crate::scene::tex::path::Event;
+use crate::settings::Settings;
+
+/// Words of TEX's operands and results.
+pub const TEX_WORDS: Words = Words {
+    input: 24,
+    output: Filtered::WORDS,
+};
+/// Words of a bare cone's operands and results.
+pub const SKY_WORDS: Words = Words {
+    input: 8,
+    output: Filtered::WORDS,
+};
+/// Words of a step in the buffer of steps.
+const STEP_WORDS: usize = 4;
+/// Requests that a block of rows aims at.
+const BLOCK: u64 = 1 << 17;
+
+/// A map with the policy that knows its size.
+struct Memory {
+    maps: Maps,
+    policy: Policy,
+}
+
+/// The TEX operation's kernels with the maps of a scene.
+pub struct GpuTex<'a> {
+    gpu: &'a Gpu,
+    tex: Program,
+    sky: Program,
+    textures: Vec<Memory>,
+    environment: Memory,
+    /// What lies beyond the textures' edges.
+    pub wrap: [Wrap; 2],
+}
+
+/// One request: the path's first direction, its steps until then, and what is asked.
+pub(crate) struct Asked {
+    /// Index of the texture; none asks for the environment.
+    pub texture: Option<usize>,
+    direction: [f64; 3],
+    first: usize,
+    count: usize,
+    operands: Vec<u32>,
+    flags: u32,
+}
+
+/// The requests of a row.
+#[derive(Default)]
+pub(crate) struct AskedGpu {
+    steps: Vec<f32>,
+    requests: Vec<Request<Asked>>,
+}
+
+/// A step's number and its operands.
+#[must_use]
+pub fn step_words(step: Step) -> [f32; STEP_WORDS] {
+    match step {
+        Step::Propagate(d) => [0.0, to_f32(d), 0.0, 0.0],
+        Step::Reflect(k) => [1.0, to_f32(k), 0.0, 0.0],
+        Step::Refract {
+            curvature,
+            outside,
+            inside,
+        } => [2.0, to_f32(curvature), to_f32(outside), to_f32(inside)],
+        Step::Scatter(f) => [3.0, to_f32(f), 0.0, 0.0],
+    }
+}
+
+/// A texture coordinate brought into the first period in doubles: f32 keeps its place in a texel only there.
+fn in_first_period(x: f64, wrap: Wrap) -> f64 {
+    match wrap {
+        Wrap::Repeat => x - x.floor(),
+        Wrap::Mirror => x - 2.0 * (x / 2.0).floor(),
+        Wrap::Clamp => x,
+    }
+}
+
+/// The words of a request behind its path's.
+pub fn encode(operands: &mut Operands, fragment: &TexFragment, wrap: [Wrap; 2]) {
+    let (tangents, st, triangle) = match fragment.tangents {
+        Tangents::Surface { dp_ds, dp_dt } => ([dp_ds, dp_dt], [[0.0; 2]; 2], 0),
+        Tangents::Triangle { edges, st } => (edges, st, 1),
+    };
+    for v in [fragment.d, fragment.n, tangents[0], tangents[1]] {
+        operands.numbers(&v);
+    }
+    operands.numbers(st.as_flattened());
+    operands.word(triangle);
+    operands.numbers(&[0, 1].map(|i| in_first_period(fragment.st[i], wrap[i])));
+}
+
+impl TexSubject {
+    /// A row's requests as the kernels take them.
+    pub(crate) fn ask_gpu(&self, wrap: [Wrap; 2], y: usize) -> AskedGpu {
+        let mut out = AskedGpu::default();
+        let part = 1.0 / f64::from(self.scene.samples);
+        scene_row(&self.scene, y, &mut |column, _, path| {
+            let first = out.steps.len();
+            for event in &path.events {
+                let mut operands = Operands::new(Flag::SurfNotFinite);
+                operands.begin();
+                let (texture, weight) = match event {
+                    Event::Step(step) => {
+                        out.steps.extend(step_words(*step));
+                        continue;
+                    }
+                    Event::Look(look) => {
+                        encode(&mut operands, &look.fragment, wrap);
+                        (Some(look.texture), look.weight)
+                    }
+                    Event::Sky { direction, weight } => {
+                        operands.numbers(direction);
+                        (None, *weight)
+                    }
+                };
+                out.requests.push(Request {
+                    column,
+                    weight: weight * part,
+                    asked: Asked {
+                        texture,
+                        direction: path.direction,
+                        first,
+                        count: (out.steps.len() - first) / STEP_WORDS,
+                        flags: operands.flags[0],
+                        operands: operands.words,
+                    },
+                });
+            }
+        });
+        out
+    }
+}
+
+impl<'a> GpuTex<'a> {
+    /// Compiles the kernels and uploads textures and environment.
+    ///
+    /// # Errors
+    ///
+    /// A map beyond the device's limits, or what the driver reports.
+    pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexSubject) -> Result<Self, GpuError> {
+        let tables = tables(settings);
+        let policy = Policy::new(settings, &tables).with_camera(&subject.scene.camera);
+        let words = tables.words();
+        let maps = || Maps::none(gpu)?.with_tables(gpu, &words);
+        let textures = subject
+            .scene
+            .textures
+            .iter()
+            .map(|map| {
+                Ok(Memory {
+                    maps: maps()?.with_planar(gpu, map)?,
+                    policy: policy.clone().with_planar(map),
+                })
+            })
+            .collect::<Result<_, GpuError>>()?;
+        let environment = Memory {
+            maps: maps()?.with_cube(gpu, &subject.sky)?,
+            policy: policy.clone().with_cube(&subject.sky),
+        };
+        let out = Self {
+            tex: Program::new(gpu, Kernel::Fused(Fused::Tex))?,
+            sky: Program::new(gpu, Kernel::Fused(Fused::Sky))?,
+            textures,
+            environment,
+            wrap: settings.tex.wrap,
+            gpu,
+        };
+        if let Some(texture) = out.textures.first() {
+            out.tex
+                .warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+        }
+        let environment = &out.environment;
+        out.sky
+            .warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        Ok(out)
+    }
+
+    /// Rows whose requests go to the device together.
+    pub(crate) fn rows_of_a_block(&self, requests: u64, rows: usize) -> usize {
+        let a_row = (requests / crate::engine::to_u64(rows).max(1)).max(1);
+        usize::try_from((BLOCK / a_row).max(1)).unwrap_or(1)
+    }
+
+    /// The requests of some rows; `found` gets the row, the request and its result, flags of its operands included.
+    pub(crate) fn filter(
+        &self,
+        rows: &[AskedGpu],
+        found: &mut dyn FnMut(usize, &Request<Asked>, Filtered),
+    ) -> Result<(), GpuError> {
+        let mut steps = Vec::new();
+        let starts: Vec<usize> = rows
+            .iter()
+            .map(|row| {
+                let start = steps.len();
+                steps.extend_from_slice(&row.steps);
+                start
+            })
+            .collect();
+        let kinds = (0..self.textures.len()).map(Some).chain([None]);
+        for texture in kinds {
+            let (program, memory, words) = match texture {
+                Some(index) => (&self.tex, &self.textures[index], TEX_WORDS),
+                None => (&self.sky, &self.environment, SKY_WORDS),
+            };
+            let asked: Vec<(usize, &Request<Asked>)> = rows
+                .iter()
+                .enumerate()
+                .flat_map(|(y, row)| row.requests.iter().map(move |request| (y, request)))
+                .filter(|(_, request)| request.asked.texture == texture)
+                .collect();
+            let mut operands = Operands::new(Flag::SurfNotFinite);
+            for (y, request) in &asked {
+                let asked = &request.asked;
+                let whole = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+                operands.begin();
+                operands.numbers(&asked.direction);
+                operands.word(whole(starts[*y] + asked.first));
+                operands.word(whole(asked.count));
+                operands.words.extend_from_slice(&asked.operands);
+            }
+            let (policy, maps) = (&memory.policy, &memory.maps);
+            let input = (operands.words.as_slice(), steps.as_slice());
+            let results = program.run(self.gpu, maps, policy, words, input, &|_| {})?;
+            for (words, (y, request)) in results.chunks_exact(words.output).zip(asked) {
+                let mut filtered = Filtered::of(words);
+                filtered.flags |= request.asked.flags;
+                found(y, request, filtered);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! The kernels: WGSL of the stages put together, in pipeline order, with an entry point behind it.
+
+use crate::stage::Stage;
+
+/// A kernel, by what it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kernel {
+    /// A whole operation.
+    Fused(Fused),
+    /// One stage, which writes every register that it has.
+    Stage(Stage),
+    /// The stage `filter` on a 2-D texture.
+    FilterPlanar,
+}
+
+/// The operations that run in one kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fused {
+    /// ENV.
+    Env,
+    /// HIT and, where a ray has a cone, ENV behind it.
+    Hit,
+    /// TEX, from the cone at the camera to the colour.
+    Tex,
+    /// A bare cone into the environment.
+    Sky,
+}
+
+/// A file of the folder `shaders`, by its name below it.
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("shaders/", $name)))),*]
+    };
+}
+
+/// What every kernel has before its entry point: name below `src/gpu/shaders` and text.
+const COMMON: &[(&str, &str)] = files![
+    "policy.wgsl",
+    "kernels/ports.wgsl",
+    "vector.wgsl",
+    "cube.wgsl",
+    "local_frame.wgsl",
+    "bump.wgsl",
+    "reflect.wgsl",
+    "cube_face.wgsl",
+    "jacobian.wgsl",
+    "roughness.wgsl",
+    "ray_cone.wgsl",
+    "distances.wgsl",
+    "hit.wgsl",
+    "surface_footprint.wgsl",
+    "covariance.wgsl",
+    "eigen.wgsl",
+    "footprint.wgsl",
+    "address.wgsl",
+    "texture.wgsl",
+    "planar.wgsl",
+    "filter.wgsl",
+    "kernels/facing.wgsl",
+    "kernels/tex_fragment.wgsl",
+    "kernels/back_end.wgsl",
+];
+
+/// The entry point of a stage's kernel, behind its function `stage`.
+const STAGE_MAIN: &str = include_str!("shaders/kernels/stages/main.wgsl");
+
+impl Kernel {
+    /// Every kernel.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let fused = [Fused::Env, Fused::Hit, Fused::Tex, Fused::Sky];
+        let stages = Stage::ALL.into_iter().map(Self::Stage);
+        fused
+            .into_iter()
+            .map(Self::Fused)
+            .chain(stages)
+            .chain([Self::FilterPlanar])
+            .collect()
+    }
+
+    /// Its name, for messages and labels.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fused(Fused::Env) => "ENV",
+            Self::Fused(Fused::Hit) => "HIT",
+            Self::Fused(Fused::Tex) => "TEX",
+            Self::Fused(Fused::Sky) => "TEX, bare cones",
+            Self::Stage(stage) => stage.name(),
+            Self::FilterPlanar => "filter, 2-D",
+        }
+    }
+
+    /// The part that only this kernel has.
+    const fn own(self) -> &'static str {
+        macro_rules! stage {
+            ($name:literal) => {
+                include_str!(concat!("shaders/kernels/stages/", $name, ".wgsl"))
+            };
+        }
+        match self {
+            Self::Fused(Fused::Env) => include_str!("shaders/kernels/env.wgsl"),
+            Self::Fused(Fused::Hit) => include_str!("shaders/kernels/hit.wgsl"),
+            Self::Fused(Fused::Tex) => include_str!("shaders/kernels/tex.wgsl"),
+            Self::Fused(Fused::Sky) => include_str!("shaders/kernels/sky.wgsl"),
+            Self::FilterPlanar => stage!("filter_planar"),
+            Self::Stage(stage) => match stage {
+                Stage::LocalFrame => stage!("local_frame"),
+                Stage::Bump => stage!("bump"),
+                Stage::Reflect => stage!("reflect"),
+                Stage::CubeFace => stage!("cube_face"),
+                Stage::Jacobian => stage!("jacobian"),
+                Stage::Roughness => stage!("roughness"),
+                Stage::RayCone => stage!("ray_cone"),
+                Stage::Hit => stage!("hit"),
+                Stage::SurfaceFootprint => stage!("surface_footprint"),
+                Stage::Covariance => stage!("covariance"),
+                Stage::Eigen => stage!("eigen"),
+                Stage::Footprint => stage!("footprint"),
+                Stage::Address => stage!("address"),
+                Stage::Filter => stage!("filter"),
+            },
+        }
+    }
+
+    /// The whole module, as the device compiles it. Its entry point is `main`, 64 invocations a workgroup.
+    #[must_use]
+    pub fn source(self) -> String {
+        let mut out = String::new();
+        for (name, text) in COMMON {
+            out.push_str(&format!("// {name}\n{text}\n"));
+        }
+        out.push_str(self.own());
+        if !matches!(self, Self::Fused(_)) {
+            out.push_str(STAGE_MAIN);
+        }
+        out
+    }
+}

@@ -1,0 +1,227 @@
+//! Maps on the device: colours and distances as array textures, tables as storage buffers.
+
+use super::{Gpu, GpuError};
+use crate::cube::CubeMap;
+use crate::distance::Distance;
+use crate::planar::PlanarMap;
+
+/// What the kernels read beside their operands.
+pub struct Maps {
+    pub(super) texels: wgpu::TextureView,
+    pub(super) distances: wgpu::TextureView,
+    pub(super) tables: wgpu::Buffer,
+}
+
+/// One level of one layer: columns, rows and the texels' bytes.
+struct Layer {
+    level: usize,
+    layer: usize,
+    size: [usize; 2],
+    bytes: Vec<u8>,
+}
+
+fn small(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}
+
+fn wide(texels: &[[f32; 3]]) -> Vec<u8> {
+    let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
+    texels
+        .iter()
+        .flat_map(|t| rgba(*t))
+        .flat_map(f32::to_le_bytes)
+        .collect()
+}
+
+impl Maps {
+    /// Nothing to read: one black texel, no walls, no tables.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn none(gpu: &Gpu) -> Result<Self, GpuError> {
+        let black = [Layer {
+            level: 0,
+            layer: 0,
+            size: [1, 1],
+            bytes: wide(&[[0.0; 3]]),
+        }];
+        Ok(Self {
+            texels: texture(gpu, "texels", wgpu::TextureFormat::Rgba32Float, &black)?,
+            distances: distances(gpu, &Distance::nothing())?,
+            tables: gpu.upload("tables", &[0.0f32])?,
+        })
+    }
+
+    /// With the faces of a cube map as six layers.
+    ///
+    /// # Errors
+    ///
+    /// A larger map than a texture may be, or what the driver reports.
+    pub fn with_cube(mut self, gpu: &Gpu, map: &CubeMap) -> Result<Self, GpuError> {
+        let layers: Vec<Layer> = map
+            .levels
+            .iter()
+            .enumerate()
+            .flat_map(|(level, from)| {
+                let size = from.size;
+                from.texels
+                    .chunks(size * size)
+                    .enumerate()
+                    .map(move |(layer, texels)| Layer {
+                        level,
+                        layer,
+                        size: [size; 2],
+                        bytes: wide(texels),
+                    })
+            })
+            .collect();
+        self.texels = texture(
+            gpu,
+            "environment",
+            wgpu::TextureFormat::Rgba32Float,
+            &layers,
+        )?;
+        Ok(self)
+    }
+
+    /// With a 2-D texture as one layer.
+    ///
+    /// # Errors
+    ///
+    /// As [`Maps::with_cube`].
+    pub fn with_planar(mut self, gpu: &Gpu, map: &PlanarMap) -> Result<Self, GpuError> {
+        let levels = map.levels.iter().enumerate();
+        let layers: Vec<Layer> = levels
+            .map(|(level, from)| Layer {
+                level,
+                layer: 0,
+                size: from.size,
+                bytes: wide(&from.texels),
+            })
+            .collect();
+        self.texels = texture(gpu, "texture", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        Ok(self)
+    }
+
+    /// With a map of distances; an infinite one becomes −1.
+    ///
+    /// # Errors
+    ///
+    /// As [`Maps::with_cube`].
+    pub fn with_distance(mut self, gpu: &Gpu, distance: &Distance) -> Result<Self, GpuError> {
+        self.distances = distances(gpu, distance)?;
+        Ok(self)
+    }
+
+    /// With the tables of a policy.
+    ///
+    /// # Errors
+    ///
+    /// More than a binding may have, or what the driver reports.
+    pub fn with_tables(mut self, gpu: &Gpu, tables: &[f32]) -> Result<Self, GpuError> {
+        if !tables.is_empty() {
+            self.tables = gpu.upload("tables", tables)?;
+        }
+        Ok(self)
+    }
+}
+
+fn distances(gpu: &Gpu, distance: &Distance) -> Result<wgpu::TextureView, GpuError> {
+    let nothing = Distance::nothing();
+    let cube = match (distance, &nothing) {
+        (Distance::Cube(cube), _)
+        | (Distance::Box(_) | Distance::Sphere(_), Distance::Cube(cube)) => cube,
+        (Distance::Box(_) | Distance::Sphere(_), Distance::Box(_) | Distance::Sphere(_)) => {
+            return Maps::none(gpu).map(|maps| maps.distances);
+        }
+    };
+    let shown = |x: f32| if x.is_finite() { x } else { -1.0 };
+    let faces = cube.texels.chunks(cube.size * cube.size).enumerate();
+    let layers: Vec<Layer> = faces
+        .map(|(layer, texels)| Layer {
+            level: 0,
+            layer,
+            size: [cube.size; 2],
+            bytes: texels
+                .iter()
+                .flat_map(|x| shown(*x).to_le_bytes())
+                .collect(),
+        })
+        .collect();
+    texture(gpu, "distances", wgpu::TextureFormat::R32Float, &layers)
+}
+
+/// An array texture whose layers have their levels.
+fn texture(
+    gpu: &Gpu,
+    label: &str,
+    format: wgpu::TextureFormat,
+    layers: &[Layer],
+) -> Result<wgpu::TextureView, GpuError> {
+    let size = layers.first().map_or([1, 1], |l| l.size);
+    let most = gpu.limits().max_texture_dimension_2d;
+    let largest = small(size[0].max(size[1]));
+    if largest > most {
+        return Err(GpuError::TooLarge {
+            what: format!("texture {label}"),
+            wanted: largest.into(),
+            limit: "maxTextureDimension2D",
+            most: most.into(),
+        });
+    }
+    let count = |of: fn(&Layer) -> usize| small(layers.iter().map(of).max().unwrap_or(0) + 1);
+    let extent = wgpu::Extent3d {
+        width: small(size[0]),
+        height: small(size[1]),
+        depth_or_array_layers: count(|l| l.layer),
+    };
+    let made = gpu.guarded(&format!("texture {label}"), |device, queue| {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: extent,
+            mip_level_count: count(|l| l.level),
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        for layer in layers {
+            write(queue, &texture, layer);
+        }
+        texture
+    })?;
+    Ok(made.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..wgpu::TextureViewDescriptor::default()
+    }))
+}
+
+fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: &Layer) {
+    let [columns, rows] = layer.size.map(small);
+    let row = layer.bytes.len() / layer.size[1].max(1);
+    queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: small(layer.level),
+            origin: wgpu::Origin3d {
+                x: 0,
+                y: 0,
+                z: small(layer.layer),
+            },
+            aspect: wgpu::TextureAspect::All,
+        },
+        &layer.bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(small(row)),
+            rows_per_image: Some(rows),
+        },
+        wgpu::Extent3d {
+            width: columns,
+            height: rows,
+            depth_or_array_layers: 1,
+        },
+    );
+}

@@ -1,0 +1,9 @@
+// Registers of `bump`: n_mod.
+
+fn stage() {
+    var frame: Frame;
+    let n = take3();
+    frame.e1 = take3();
+    frame.e2 = take3();
+    put3(bump(n, frame, take2()));
+}

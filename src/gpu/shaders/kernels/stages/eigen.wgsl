@@ -1,0 +1,11 @@
+// Registers of `eigen`: root, lambda_sq, lambda, axis.
+
+fn stage() {
+    let k = take3();
+    let d = take4();
+    let axes = eigen(k, d, take4());
+    put(axes.root);
+    put2(axes.lambda_sq);
+    put2(axes.lambda);
+    put2(axes.axis);
+}

@@ -1,0 +1,21 @@
+// Registers of `surface_footprint`: d_unit, n_unit, cosine, across, along, dp_dx, dp_dy, grad_s, grad_t, ddx, ddy, d,
+// flags.
+
+fn stage() {
+    var flags = 0u;
+    let width = take();
+    let out = surface_footprint(take_fragment(), width, &flags);
+    put3(out.d_unit);
+    put3(out.n_unit);
+    put(out.cosine);
+    put3(out.across);
+    put3(out.along);
+    put3(out.dp[0]);
+    put3(out.dp[1]);
+    put3(out.grad[0]);
+    put3(out.grad[1]);
+    put2(out.dd[0]);
+    put2(out.dd[1]);
+    put4(out.d);
+    put_u32(flags);
+}

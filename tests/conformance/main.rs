@@ -1,0 +1,11 @@
+//! The judges: that right vectors pass in every format, and that a device with one thing wrong is caught at the right stage.
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it should be"
+)]
+
+#[path = "../cli_support/mod.rs"]
+mod cli_support;
+mod command;
+mod mutants;
+mod vectors;

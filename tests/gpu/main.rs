@@ -1,0 +1,12 @@
+//! The WGSL twins: valid without a GPU, and right on one.
+//!
+//! Tests that need an adapter run on the best one there is. Without one they say so on stderr and pass, or fail where
+//! `TAPLINE_REQUIRE_GPU` is 1.
+
+mod extremes;
+mod extremes_hit;
+mod extremes_tex;
+mod policies;
+mod scenes;
+mod shaders;
+mod support;
