@@ -22,7 +22,9 @@ struct Both {
 
 impl Both {
     fn left_the_range(&self) -> bool {
-        self.names.iter().any(|n| OWN.contains(n) || n.ends_with(".saturated"))
+        self.names
+            .iter()
+            .any(|n| OWN.contains(n) || n.ends_with(".saturated"))
     }
 }
 
@@ -45,7 +47,10 @@ fn run(gpu: &Gpu, settings: &Settings, map: &CubeMap, fragments: &[Fragment]) ->
         })
         .collect();
     let left = both.iter().filter(|b| b.left_the_range()).count();
-    assert_eq!(reports.beyond_f32.map_or(0, |(n, _)| n), u64::try_from(left).unwrap_or(0));
+    assert_eq!(
+        reports.beyond_f32.map_or(0, |(n, _)| n),
+        u64::try_from(left).unwrap_or(0)
+    );
     both
 }
 
@@ -59,10 +64,20 @@ fn agree(both: &[Both], steps: f64) {
         let theirs: Vec<&str> = b.f64.flags.names().collect();
         assert_eq!(b.names, theirs, "{i}");
         assert_eq!(b.gpu.probes, b.f64.probes, "{i}");
-        assert!((b.gpu.lod - b.f64.lod).abs() < 1e-4, "{i}: {} {}", b.gpu.lod, b.f64.lod);
+        assert!(
+            (b.gpu.lod - b.f64.lod).abs() < 1e-4,
+            "{i}: {} {}",
+            b.gpu.lod,
+            b.f64.lod
+        );
         for c in 0..3 {
             let off = (b.gpu.color[c] - b.f64.color[c]).abs();
-            assert!(off <= steps / 255.0, "{i}: {:?} {:?}", b.gpu.color, b.f64.color);
+            assert!(
+                off <= steps / 255.0,
+                "{i}: {:?} {:?}",
+                b.gpu.color,
+                b.f64.color
+            );
         }
     }
 }
@@ -71,7 +86,10 @@ fn agree(both: &[Both], steps: f64) {
 fn extreme(fragments: &[Fragment]) {
     on_gpu(|gpu| {
         let both = run(gpu, &Settings::default(), &noisy_cube(64), fragments);
-        assert!(both.iter().all(|b| !b.left_the_range()), "within the range of f32");
+        assert!(
+            both.iter().all(|b| !b.left_the_range()),
+            "within the range of f32"
+        );
         agree(&both, 0.05);
     });
 }
@@ -98,13 +116,19 @@ fn extreme_k_isotropic() {
 #[test]
 fn extreme_a_equal_to_c_with_b() {
     for sign in [1.0, -1.0] {
-        extreme(&[bent([0.0625, sign * 0.03125, 0.0], [sign * 0.03125, 0.0625, 0.0])]);
+        extreme(&[bent(
+            [0.0625, sign * 0.03125, 0.0],
+            [sign * 0.03125, 0.0625, 0.0],
+        )]);
     }
 }
 
 #[test]
 fn extreme_rank_one_k() {
-    extreme(&[bent([0.1875, -0.25, 0.0], [0.0; 3]), bent([0.0; 3], [0.125, 0.125, 0.0])]);
+    extreme(&[
+        bent([0.1875, -0.25, 0.0], [0.0; 3]),
+        bent([0.0; 3], [0.125, 0.125, 0.0]),
+    ]);
 }
 
 #[test]
@@ -186,7 +210,8 @@ fn extreme_length_of_n_from_2_to_the_minus_10_to_2_to_the_10() {
 #[test]
 fn extreme_derivatives_of_n_far_above_n_and_an_overflow_that_is_reported() {
     on_gpu(|gpu| {
-        let fragments = [1e3, 1e9, 1e18, 1e25, 1e37].map(|size| bent([size, 0.0, 0.0], [0.0, 1.0, 0.0]));
+        let fragments =
+            [1e3, 1e9, 1e18, 1e25, 1e37].map(|size| bent([size, 0.0, 0.0], [0.0, 1.0, 0.0]));
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         agree(&both, 0.05);
         assert!(!both[0].left_the_range() && !both[1].left_the_range());
@@ -267,10 +292,18 @@ fn extreme_alpha_at_a_table_boundary_and_one_ulp_to_each_side() {
             .to_vec();
         let both = run(gpu, &with_table(), &noisy_cube(64), &fragments);
         // Exactly at the boundary either entry is right: the probes are the same, their line is one of the two.
-        agree(&[&both[0], &both[2]].map(|b| Both { gpu: b.gpu, f64: b.f64, names: b.names.clone() }), 0.05);
+        agree(
+            &[&both[0], &both[2]].map(|b| Both {
+                gpu: b.gpu,
+                f64: b.f64,
+                names: b.names.clone(),
+            }),
+            0.05,
+        );
         assert_eq!(both[1].gpu.probes, both[1].f64.probes);
         assert!(both[0].f64.axis != both[2].f64.axis, "the entries differ");
-        let one_of = |of: &Both| (0..3).all(|c| (both[1].gpu.color[c] - of.gpu.color[c]).abs() < 1e-4);
+        let one_of =
+            |of: &Both| (0..3).all(|c| (both[1].gpu.color[c] - of.gpu.color[c]).abs() < 1e-4);
         assert!(one_of(&both[0]) || one_of(&both[2]));
     });
 }
@@ -288,7 +321,10 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         let counts: Vec<u32> = both.iter().map(|b| b.gpu.probes).collect();
         assert_eq!((counts[0], counts[2]), (4, 5));
-        assert!([4, 5].contains(&counts[1]), "at the boundary either is right: {counts:?}");
+        assert!(
+            [4, 5].contains(&counts[1]),
+            "at the boundary either is right: {counts:?}"
+        );
         agree(&both[..1], 0.05);
         agree(&both[2..], 0.05);
     });
@@ -301,7 +337,12 @@ fn extreme_one_probe_at_most() {
             max_probes: 1,
             ..Settings::default()
         };
-        let both = run(gpu, &settings, &noisy_cube(64), &[bent([0.25, 0.0, 0.0], [0.0, 0.03125, 0.0])]);
+        let both = run(
+            gpu,
+            &settings,
+            &noisy_cube(64),
+            &[bent([0.25, 0.0, 0.0], [0.0, 0.03125, 0.0])],
+        );
         agree(&both, 0.05);
         assert_eq!(both[0].gpu.probes, 1);
     });
@@ -338,7 +379,15 @@ fn extreme_cube_corner_and_edge_exactly_and_one_ulp_to_each_side() {
     let near = [1.0 - ulp, 1.0, 1.0 + ulp];
     let fragments: Vec<Fragment> = near
         .iter()
-        .flat_map(|a| near.map(|b| [looking([1.0, *a, b]), looking([1.0, *a, 0.25]), looking([0.25, -1.0, b])]))
+        .flat_map(|a| {
+            near.map(|b| {
+                [
+                    looking([1.0, *a, b]),
+                    looking([1.0, *a, 0.25]),
+                    looking([0.25, -1.0, b]),
+                ]
+            })
+        })
         .flatten()
         .collect();
     extreme(&fragments);
@@ -351,7 +400,10 @@ fn extreme_a_probe_line_over_two_edges_keeps_a_constant() {
         for level in &mut map.levels {
             level.texels.fill([0.75, 0.5, 0.25]);
         }
-        let fragments = [bent([1.5, 1.5, 0.0], [0.0; 3]), bent([4.0, -4.0, 0.0], [0.0; 3])];
+        let fragments = [
+            bent([1.5, 1.5, 0.0], [0.0; 3]),
+            bent([4.0, -4.0, 0.0], [0.0; 3]),
+        ];
         let both = run(gpu, &Settings::default(), &map, &fragments);
         agree(&both, 0.05);
         for b in &both {
@@ -371,7 +423,10 @@ fn extreme_faces_of_one_texel_and_of_sizes_that_are_no_power_of_two() {
                     ..looking(to)
                 })
                 .to_vec();
-            agree(&run(gpu, &Settings::default(), &noisy_cube(size), &fragments), 0.05);
+            agree(
+                &run(gpu, &Settings::default(), &noisy_cube(size), &fragments),
+                0.05,
+            );
         }
     });
 }
@@ -387,7 +442,10 @@ fn extreme_h_parallel_to_n() {
         });
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         agree(&both, 0.05);
-        assert!(both.iter().all(|b| b.names.contains(&"local_frame.parallel")));
+        assert!(
+            both.iter()
+                .all(|b| b.names.contains(&"local_frame.parallel"))
+        );
     });
 }
 
@@ -416,7 +474,10 @@ fn extreme_texels_of_65504_and_2_to_the_minus_24() {
                 *texel = [[65504.0, least, 0.0], [least, 65504.0, 65504.0]][i % 2];
             }
         }
-        let fragments = [bent([0.125, 0.0625, 0.0], [0.0, 0.03125, 0.0]), looking([1.0, 0.9, 0.99])];
+        let fragments = [
+            bent([0.125, 0.0625, 0.0], [0.0, 0.03125, 0.0]),
+            looking([1.0, 0.9, 0.99]),
+        ];
         let both = run(gpu, &Settings::default(), &map, &fragments);
         agree(&both, 65504.0 * 0.05);
     });
@@ -426,21 +487,42 @@ fn extreme_texels_of_65504_and_2_to_the_minus_24() {
 fn extreme_numbers_that_are_not_finite_or_beyond_f32_are_reported() {
     on_gpu(|gpu| {
         let fragments = [
-            Fragment { v: [f64::NAN, 0.0, 1.0], ..PLAIN },
-            Fragment { v: [f64::INFINITY, 0.0, 1.0], ..PLAIN },
-            Fragment { v: [0.0, 0.0, 1e300], ..PLAIN },
-            Fragment { v: [0.0, 0.0, 1e-300], ..PLAIN },
+            Fragment {
+                v: [f64::NAN, 0.0, 1.0],
+                ..PLAIN
+            },
+            Fragment {
+                v: [f64::INFINITY, 0.0, 1.0],
+                ..PLAIN
+            },
+            Fragment {
+                v: [0.0, 0.0, 1e300],
+                ..PLAIN
+            },
+            Fragment {
+                v: [0.0, 0.0, 1e-300],
+                ..PLAIN
+            },
         ];
         let map = noisy_cube(8);
         let settings = Settings::default();
         let engine = GpuEnv::new(gpu, &settings, &map, fragments.first()).expect("a small map");
-        let (results, reports) = engine.filter(&numbered(&fragments), &|_| {}).expect("the device stays");
+        let (results, reports) = engine
+            .filter(&numbered(&fragments), &|_| {})
+            .expect("the device stays");
         let names: Vec<Vec<&str>> = results.iter().map(|r| flag_names(r.flags)).collect();
         assert_eq!(names[0], ["reflect.non_finite"]);
-        assert!(names[1].contains(&"reflect.non_finite") && names[1].contains(&"gpu.overflow"), "{names:?}");
+        assert!(
+            names[1].contains(&"reflect.non_finite") && names[1].contains(&"gpu.overflow"),
+            "{names:?}"
+        );
         assert!(names[2].contains(&"gpu.input.saturated"), "{names:?}");
         assert!(names[3].contains(&"gpu.input.underflow"), "{names:?}");
         assert_eq!(reports.beyond_f32, Some((3, [1, 0])));
-        assert!(results.iter().all(|r| r.color.iter().all(|c| c.is_finite())));
+        assert!(
+            results
+                .iter()
+                .all(|r| r.color.iter().all(|c| c.is_finite()))
+        );
     });
 }

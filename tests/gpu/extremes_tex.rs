@@ -19,7 +19,9 @@ fn texture() -> PlanarMap {
     let levels = (0..5)
         .map(|level| {
             let size = [(24 >> level).max(1), (16 >> level).max(1)];
-            let texels = (0..size[0] * size[1]).map(|i| [0, 1, 2].map(|c| noise(3 * i + c + level))).collect();
+            let texels = (0..size[0] * size[1])
+                .map(|i| [0, 1, 2].map(|c| noise(3 * i + c + level)))
+                .collect();
             PlanarLevel { size, texels }
         })
         .collect();
@@ -44,7 +46,9 @@ fn check(gpu: &Gpu, settings: &Settings, requests: &Requests, least: u64) -> Sta
 fn surfaces(cases: &[(TexFragment, f64)]) -> Requests {
     let numbered = (0u32..).zip(cases);
     Requests {
-        surfaces: numbered.map(|(i, (fragment, width))| ([i, 0], *fragment, *width)).collect(),
+        surfaces: numbered
+            .map(|(i, (fragment, width))| ([i, 0], *fragment, *width))
+            .collect(),
         steps: Vec::new(),
     }
 }
@@ -78,8 +82,9 @@ fn extreme_d_parallel_to_n_across_it_and_zero_vectors() {
 fn extreme_widths_of_0_of_either_sign_and_from_1e_minus_20_to_1e9() {
     on_gpu(|gpu| {
         let fragment = request([0.5, -1.0, 0.25], UP, S, T);
-        let cases: Vec<(TexFragment, f64)> =
-            [0.0, -0.0, -0.25, 1e-20, 1e-9, 1.0, 1e9].map(|width| (fragment, width)).to_vec();
+        let cases: Vec<(TexFragment, f64)> = [0.0, -0.0, -0.25, 1e-20, 1e-9, 1.0, 1e9]
+            .map(|width| (fragment, width))
+            .to_vec();
         for rules in [ConeRules::Note, ConeRules::Otk] {
             let settings = Settings {
                 cone_rules: rules,
@@ -124,8 +129,13 @@ fn surfaces_and_triangles_have_every_register_compared_under_both_gradients_and_
                     ..Settings::default()
                 };
                 let checks = check(gpu, &settings, &surfaces(&cases), 10_000);
-                for register in ["across", "along", "dp_dx", "dp_dy", "grad_s", "grad_t", "ddx", "ddy", "d"] {
-                    assert!(compared(&checks, "surface_footprint", register) >= 380, "{register}");
+                for register in [
+                    "across", "along", "dp_dx", "dp_dy", "grad_s", "grad_t", "ddx", "ddy", "d",
+                ] {
+                    assert!(
+                        compared(&checks, "surface_footprint", register) >= 380,
+                        "{register}"
+                    );
                 }
                 assert!(compared(&checks, "filter", "bilinear") >= 1000);
             }
@@ -172,10 +182,15 @@ fn steps() -> Requests {
         Step::Scatter(0.25),
         Step::Scatter(10.0),
     ];
-    let pairs = cones.iter().flat_map(|cone| steps.map(move |step| (*cone, step)));
+    let pairs = cones
+        .iter()
+        .flat_map(|cone| steps.map(move |step| (*cone, step)));
     Requests {
         surfaces: Vec::new(),
-        steps: (0u32..).zip(pairs).map(|(i, (cone, step))| ([i, 0], cone, step)).collect(),
+        steps: (0u32..)
+            .zip(pairs)
+            .map(|(i, (cone, step))| ([i, 0], cone, step))
+            .collect(),
     }
 }
 
@@ -208,9 +223,17 @@ fn extreme_a_cone_of_64_bounces_stays_finite_and_explained() {
         let mut requests = Requests::default();
         let settings = Settings::default();
         for i in 0..64 {
-            for step in [Step::Propagate(1.0), Step::Reflect(if i % 2 == 0 { 0.5 } else { -0.25 })] {
+            for step in [
+                Step::Propagate(1.0),
+                Step::Reflect(if i % 2 == 0 { 0.5 } else { -0.25 }),
+            ] {
                 requests.steps.push(([i, 0], cone, step));
-                cone = tapline::reference::ray_cone::ray_cone(cone, step, settings.cone_rules, settings.set_diffuse);
+                cone = tapline::reference::ray_cone::ray_cone(
+                    cone,
+                    step,
+                    settings.cone_rules,
+                    settings.set_diffuse,
+                );
             }
         }
         assert!(cone.width.0.is_finite());
