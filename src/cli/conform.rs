@@ -9,10 +9,13 @@ use serde_json::{Value, json};
 use super::output::JsonTarget;
 use super::progress::Bar;
 use super::{Failure, conform_extremes};
+use crate::conformance::check::Difference;
+use crate::conformance::gpu;
 use crate::conformance::run::{self, Engine, Outcome, Runner};
 use crate::conformance::suite::{CASES, Suite, matches};
 use crate::conformance::text;
 use crate::error::InputError;
+use crate::gpu::Gpu;
 use crate::report::table::{Align, Table};
 use crate::unit::file;
 
@@ -33,6 +36,9 @@ pub(super) struct Args {
     /// Engines, of rtl, f64 and gpu; those that are there if not given.
     #[arg(long, value_delimiter = ',', value_parser = engine)]
     engines: Option<Vec<Engine>>,
+    /// GPU adapter, by index or name, as `gpu list` shows them.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Only the names.
     #[arg(long)]
     list: bool,
@@ -55,14 +61,6 @@ fn engine(text: &str) -> Result<Engine, String> {
         .into_iter()
         .find(|e| e.name() == text)
         .ok_or_else(|| "expected rtl, f64 or gpu".into())
-}
-
-/// Why an engine is left out; `None` where it runs.
-fn missing(engine: Engine) -> Option<&'static str> {
-    match engine {
-        Engine::Rtl | Engine::F64 => None,
-        Engine::Gpu => Some("this version runs no stage alone on a gpu"),
-    }
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
@@ -102,23 +100,25 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             .into());
         }
     };
-    let mut engines = Vec::new();
+    let mut engines = args.engines.clone().unwrap_or(Engine::ALL.to_vec());
     let mut skipped = Vec::new();
-    for engine in args.engines.as_deref().unwrap_or(&Engine::ALL) {
-        match missing(*engine) {
-            None => engines.push(*engine),
-            Some(why) if args.engines.is_some() => {
+    let mut device = None;
+    if engines.contains(&Engine::Gpu) {
+        match Gpu::open(args.adapter.as_deref()) {
+            Ok(gpu) => device = Some(gpu),
+            Err(why) if args.engines.is_some() || args.adapter.is_some() => {
                 return Err(InputError::new(
                     "--engines",
                     "engines that are there",
-                    engine.name(),
-                    why,
+                    format!("gpu: {why}"),
+                    "`tapline gpu list` shows the adapters",
                 )
                 .into());
             }
-            Some(why) => skipped.push((*engine, why)),
+            Err(why) => skipped.push((Engine::Gpu, why.to_string())),
         }
     }
+    engines.retain(|engine| *engine != Engine::Gpu);
     let target = JsonTarget::open(args.json.as_deref())?;
     let cases = range.end - range.start;
     let total = cases * u64::try_from(suites.len()).unwrap_or(0);
@@ -136,7 +136,56 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     for outcome in results {
         outcomes.push(outcome?);
     }
+    if let Some(device) = &device {
+        on_device(device, &suites, &mut outcomes, args.seed, &range)?;
+        engines.push(Engine::Gpu);
+    }
     report(args, &suites, &outcomes, &engines, &skipped, target)
+}
+
+/// Adds what a device makes of the suites of whole operations, one after the other: a kernel has the device to itself.
+fn on_device(
+    device: &Gpu,
+    suites: &[Suite],
+    outcomes: &mut [Outcome],
+    seed: u64,
+    range: &std::ops::Range<u64>,
+) -> Result<(), InputError> {
+    let concerned = suites.iter().filter(|s| gpu::concerns(s)).count();
+    let cases = range.end - range.start;
+    let bar = Bar::new("gpu", cases * u64::try_from(concerned).unwrap_or(0));
+    for (suite, outcome) in suites.iter().zip(outcomes) {
+        if !gpu::concerns(suite) {
+            continue;
+        }
+        let checked = gpu::run(device, *suite, seed, range.clone())?;
+        bar.add(checked.cases);
+        outcome.judged += checked.judged;
+        let Some((index, stage, register, text)) = checked.first else {
+            continue;
+        };
+        outcome.failed += 1;
+        if outcome.failure.is_none() {
+            let mut runner = Runner::new(*suite, seed)?;
+            let input = runner.input(index);
+            let (observed, expected) = text.split_once(" expected ").unwrap_or((&text, ""));
+            outcome.failure = Some(run::Failure {
+                engine: Engine::Gpu,
+                index,
+                output: runner.output(&input),
+                input,
+                difference: Difference {
+                    stage,
+                    field: register.into(),
+                    component: 0,
+                    observed: observed.into(),
+                    expected: expected.into(),
+                    more: usize::try_from(checked.unexplained.saturating_sub(1)).unwrap_or(0),
+                },
+            });
+        }
+    }
+    Ok(())
 }
 
 fn report(
@@ -144,7 +193,7 @@ fn report(
     suites: &[Suite],
     outcomes: &[Outcome],
     engines: &[Engine],
-    skipped: &[(Engine, &str)],
+    skipped: &[(Engine, String)],
     target: JsonTarget,
 ) -> Result<(), Failure> {
     let mut rows = Vec::new();

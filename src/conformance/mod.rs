@@ -14,6 +14,7 @@ pub mod env;
 pub mod exact;
 pub mod extremes;
 pub mod field;
+pub mod gpu;
 pub mod header;
 pub mod hit;
 pub mod memory;
