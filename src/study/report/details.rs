@@ -504,6 +504,8 @@ fn bars(parts: &Value) -> String {
         svg.raw(&format!(
             "<rect class=\"bar\" x=\"124\" y=\"{y}\" width=\"{width}\" height=\"16\"/>"
         ));
+        // No minus in front of nothing.
+        let gain = if gain.abs() < 0.005 { 0.0 } else { *gain };
         let label = format!("{gain:+.2} dB, to {reached:.2}");
         svg.text([132.0 + length, y + 13.0], "s", &label);
     }
