@@ -7,9 +7,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 use rtl_model::unit::{Results, TexState, TexWords};
 
+use super::dispatch::LANES;
 use super::gpu::Reports;
 use super::gpu::tex::{AskedGpu, GpuTex};
-use super::dispatch::LANES;
 use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;

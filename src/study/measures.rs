@@ -97,7 +97,9 @@ impl Measures {
                 "truth_mean_lsb8",
                 "truth_share_over_1_lsb8",
             ],
-            Rung::Rtl | Rung::Gpu | Rung::Sampler | Rung::F64 => ["psnr_db", "mean_lsb8", "share_over_1_lsb8"],
+            Rung::Rtl | Rung::Gpu | Rung::Sampler | Rung::F64 => {
+                ["psnr_db", "mean_lsb8", "share_over_1_lsb8"]
+            }
         };
         self.0.push((names[0], pair.psnr_db));
         self.put(names[1], pair.mean_lsb8);
