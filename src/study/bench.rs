@@ -262,9 +262,10 @@ impl Bench {
         let probes = rendering.probes as f64 / fragments;
         measures.put("probes_per_fragment", probes);
         measures.put("texels_per_fragment", rendering.texels as f64 / fragments);
-        let texels = self.texel_use(spec, how);
-        measures.put("tiles", texels.tiles as f64);
-        measures.put("cache_hit_share", texels.hit_share());
+        if let Some(texels) = self.texel_use(spec, how) {
+            measures.put("tiles", texels.tiles as f64);
+            measures.put("cache_hit_share", texels.hit_share());
+        }
         let look_ups = rendering
             .searches
             .as_ref()
@@ -365,14 +366,16 @@ impl Bench {
                     let there = exact.next().copied().unwrap_or(0.0).abs();
                     widths.push((width.abs() - there).abs() / there.max(f64::MIN_POSITIVE));
                 });
-                if widths.is_empty() {
-                    // Of a scene with very many requests no registers are kept.
-                    return;
-                }
                 widths.sort_by(f64::total_cmp);
-                measures.put("cone_width_p95", quantile(&widths, 95));
-                measures.put("cone_width_max", quantile(&widths, 100));
             }
+        }
+        if apart.is_empty() {
+            // Of very large pictures no registers are kept.
+            return;
+        }
+        if !widths.is_empty() {
+            measures.put("cone_width_p95", quantile(&widths, 95));
+            measures.put("cone_width_max", quantile(&widths, 100));
         }
         let [axis, end, lod] = apart.quantiles();
         measures.put("axis_p95_deg", axis[0]);
@@ -422,19 +425,16 @@ impl Bench {
         measures.put("false_far_share", false_far as f64 / rays);
     }
 
-    /// Tiles and cache of the last rendering.
-    fn texel_use(&mut self, spec: &UnitSpec, how: &Measuring) -> TexelUse {
+    /// Tiles and cache of the last rendering; nothing where its registers are not kept.
+    fn texel_use(&mut self, spec: &UnitSpec, how: &Measuring) -> Option<TexelUse> {
         let probes = match &self.kept {
-            Kept::Env(kept) => Some(kept.probes_key()),
-            Kept::Hit(kept) => Some(kept.probes_key()),
+            Kept::Env(kept) => kept.probes_key(),
+            Kept::Hit(kept) => kept.probes_key(),
             Kept::Tex(kept) => kept.probes_key(),
         };
-        let key = probes.map(|probes| super::cost::texels::key(probes, &spec.config));
-        if let Some(known) = key
-            .and_then(|key| self.texels.get(&key))
-            .filter(|_| how.reuse)
-        {
-            return *known;
+        let key = super::cost::texels::key(probes?, &spec.config);
+        if let Some(known) = self.texels.get(&key).filter(|_| how.reuse) {
+            return Some(*known);
         }
         let mut walk = Walk::new(self.scene.maps(spec), &how.cost.cache, &spec.config);
         match &self.kept {
@@ -443,10 +443,8 @@ impl Bench {
             Kept::Tex(kept) => kept.footprints(&mut |map, corner| walk.touch(map, corner)),
         }
         let found = walk.finish();
-        if let Some(key) = key {
-            self.texels.insert(key, found);
-        }
-        found
+        self.texels.insert(key, found);
+        Some(found)
     }
 }
 

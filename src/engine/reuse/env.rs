@@ -8,10 +8,10 @@ use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{ENV_STEPS, Words};
 
 use super::lines::RtlLine;
-use super::{Keys, Saved, texel_key};
+use super::{Keys, MOST_KEPT, Saved, texel_key};
 use crate::engine::dispatch::{GROUP, Group, LANES, Level};
 use crate::engine::rtl::RtlEngine;
-use crate::engine::{Rendering, Subject, encode};
+use crate::engine::{Engine as _, Rendering, Subject, encode, to_u64};
 use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
 
@@ -37,22 +37,27 @@ impl KeptEnv {
             Some(engine) => engine.texture,
             None => encode::texture(&spec.config, &subject.map).map_err(refused)?,
         };
-        if self.groups.is_empty() {
-            let fragments = subject.scene.fragments.par_chunks(GROUP * LANES);
-            self.groups = fragments
-                .map(|chunk| {
-                    let words: Vec<Words> =
-                        chunk.iter().map(|f| encode::words(&f.fragment)).collect();
-                    Group::kept(&unit, &words)
-                })
-                .collect();
-        }
         let engine = RtlEngine {
             unit,
             texture,
             config: spec.config.clone(),
             level: Level::detect(),
         };
+        if to_u64(subject.scene.fragments.len()) > MOST_KEPT {
+            let rendering = engine.render(subject, &|_| {});
+            self.engine = Some(engine);
+            return Ok((rendering, Saved::default()));
+        }
+        if self.groups.is_empty() {
+            let fragments = subject.scene.fragments.par_chunks(GROUP * LANES);
+            self.groups = fragments
+                .map(|chunk| {
+                    let words: Vec<Words> =
+                        chunk.iter().map(|f| encode::words(&f.fragment)).collect();
+                    Group::kept(&engine.unit, &words)
+                })
+                .collect();
+        }
         let keys = Keys::new(ENV_STEPS, 0, |n, hasher| engine.unit.hash_step(n, hasher));
         let first = keys.first_changed(&self.keys);
         let start = Instant::now();
@@ -74,10 +79,11 @@ impl KeptEnv {
         self.engine.as_ref()
     }
 
-    /// What tells the last rendering's probes apart from others', beside the addresses' own configuration.
+    /// What tells the last rendering's probes apart from others', beside the addresses' own configuration; nothing
+    /// where no registers are kept.
     #[must_use]
-    pub fn probes_key(&self) -> u64 {
-        self.keys.last()
+    pub fn probes_key(&self) -> Option<u64> {
+        (!self.groups.is_empty()).then(|| self.keys.last())
     }
 
     /// The probe line of every fragment.

@@ -8,13 +8,13 @@ use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{HIT_STEPS, HitUnit};
 
 use super::lines::RtlLine;
-use super::{Keys, Saved, StepHasher, texel_key};
+use super::{Keys, MOST_KEPT, Saved, StepHasher, texel_key};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::engine::dispatch::{LANES, Level};
 use crate::engine::hit::{Block, HitResult, HitRtl, memory};
 use crate::engine::hit_subject::HitSubject;
-use crate::engine::{Rendering, encode};
+use crate::engine::{Rendering, encode, to_u64};
 use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
 
@@ -78,8 +78,15 @@ impl KeptHit {
         subject: &HitSubject,
     ) -> Result<(Rendering, Vec<HitResult>, Saved), InputError> {
         let engine = compile(self.engine.take(), spec, &subject.distance, &subject.map)?;
+        let rays = subject.fragments();
+        if to_u64(rays.len()) > MOST_KEPT {
+            let start = Instant::now();
+            let results = engine.filter(&rays, &|_| {});
+            let rendering = subject.rendering(start, &results);
+            self.engine = Some(engine);
+            return Ok((rendering, results, Saved::default()));
+        }
         if self.blocks.is_empty() {
-            let rays = subject.fragments();
             self.blocks = rays.chunks(LANES).map(Block::kept).collect();
         }
         let keys = keys(&engine, 0);
@@ -102,10 +109,11 @@ impl KeptHit {
         self.engine.as_ref()
     }
 
-    /// What tells the last rendering's probes apart from others', beside the addresses' own configuration.
+    /// What tells the last rendering's probes apart from others', beside the addresses' own configuration; nothing
+    /// where no registers are kept.
     #[must_use]
-    pub fn probes_key(&self) -> u64 {
-        self.keys.last()
+    pub fn probes_key(&self) -> Option<u64> {
+        (!self.blocks.is_empty()).then(|| self.keys.last())
     }
 
     /// The probe line of every ray.

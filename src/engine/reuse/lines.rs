@@ -115,6 +115,12 @@ impl Apart {
         }
     }
 
+    /// Whether no pair was added.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lines == 0
+    }
+
     /// Share of lines with another number of probes.
     #[must_use]
     pub fn count_differs(&self) -> f64 {

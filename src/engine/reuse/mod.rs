@@ -63,6 +63,10 @@ impl Keys {
     }
 }
 
+/// Most fragments, rays or requests whose registers are kept: one takes about a kilobyte. Larger pictures run anew for
+/// every unit.
+const MOST_KEPT: u64 = 1 << 19;
+
 /// What was run again of a picture, and what was kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Saved {

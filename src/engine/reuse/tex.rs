@@ -7,7 +7,7 @@ use rtl_model::stages::filter::Corner;
 use rtl_model::unit::{TEX_STEPS, TexUnit, TexWords};
 
 use super::lines::RtlLine;
-use super::{Keys, Saved, StepHasher, hit, texel_key};
+use super::{Keys, MOST_KEPT, Saved, StepHasher, hit, texel_key};
 use crate::distance::Distance;
 use crate::engine::Rendering;
 use crate::engine::dispatch::LANES;
@@ -19,9 +19,6 @@ use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::settings::Settings;
 use crate::unit::{UnitSpec, refused};
-
-/// Most requests whose registers are kept: one takes about a kilobyte. Of larger scenes only the requests are kept.
-const MOST_KEPT: u64 = 1 << 19;
 
 /// The steps from which a row's blocks have to run: of each texture's unit, and of the environment's.
 #[derive(Clone, Debug)]

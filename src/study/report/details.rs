@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::footprint::draw;
 use super::svg::Svg;
 use super::{setting, text};
+use crate::cube::CubeMap;
 use crate::engine::Rung;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
 use crate::engine::rtl::RtlEngine;
@@ -15,7 +16,7 @@ use crate::engine::tex_subject::TexEngine;
 use crate::error::InputError;
 use crate::image::write::write_png;
 use crate::picture::Picture;
-use crate::reference::{PlanarTexture, Prepared, env, tex::tex};
+use crate::reference::{Env, PlanarTexture, Prepared, env, tex::tex};
 use crate::report::error_map::{colour_of_steps, error_map};
 use crate::report::escape::{base64, escape};
 use crate::report::metrics;
@@ -243,10 +244,6 @@ fn view(
 ) -> Result<Option<Value>, InputError> {
     let prepared = Prepared::new(settings);
     let (mut mine, mut theirs) = (RtlProbe::default(), FloatProbe::default());
-    let inside = |at: [i64; 2], size: usize| {
-        let place = at.map(|x| usize::try_from(x).ok().filter(|x| *x < size));
-        Some([place[0]?, place[1]?])
-    };
     let request = match scene {
         Scene::Env(s) => {
             let Some(fragment) = s.scene.fragments.iter().find(|f| f.pixel == pixel) else {
@@ -267,19 +264,7 @@ fn view(
                 None,
                 &mut theirs,
             );
-            let texel = move |level: usize, at| {
-                let level = &s.map.levels[level];
-                inside(at, level.size).map(|[x, y]| level.texel(found.face, x, y))
-            };
-            let sizes = s.map.levels.iter().map(|l| [l.size; 2]).collect();
-            Request {
-                rtl: mine,
-                float: theirs,
-                centre: [found.u, found.v],
-                scale: s.map.size() as f64 / 2.0,
-                sizes,
-                texel: Box::new(texel),
-            }
+            Request::on_cube(mine, theirs, &s.map, &found)
         }
         Scene::Hit(s) => {
             let Some(ray) = s.scene.rays.iter().find(|r| r.pixel == pixel) else {
@@ -291,19 +276,7 @@ fn view(
             let Some(found) = s.reference(settings).trace(&ray.fragment, &mut theirs).env else {
                 return Ok(None);
             };
-            let texel = move |level: usize, at| {
-                let level = &s.map.levels[level];
-                inside(at, level.size).map(|[x, y]| level.texel(found.face, x, y))
-            };
-            let sizes = s.map.levels.iter().map(|l| [l.size; 2]).collect();
-            Request {
-                rtl: mine,
-                float: theirs,
-                centre: [found.u, found.v],
-                scale: s.map.size() as f64 / 2.0,
-                sizes,
-                texel: Box::new(texel),
-            }
+            Request::on_cube(mine, theirs, &s.map, &found)
         }
         Scene::Tex(s) => {
             let engine = TexEngine::new(spec, s)?;
@@ -349,6 +322,26 @@ fn view(
         }
     };
     Ok(Some(request.view(pixel)))
+}
+
+impl<'a> Request<'a> {
+    /// A request to a cube map; the float reference found its footprint.
+    fn on_cube(rtl: RtlProbe, float: FloatProbe, map: &'a CubeMap, found: &Env) -> Self {
+        let face = found.face;
+        let texel = move |level: usize, at: [i64; 2]| {
+            let level = &map.levels[level];
+            let place = at.map(|x| usize::try_from(x).ok().filter(|x| *x < level.size));
+            Some(level.texel(face, place[0]?, place[1]?))
+        };
+        Self {
+            rtl,
+            float,
+            centre: [found.u, found.v],
+            scale: map.size() as f64 / 2.0,
+            sizes: map.levels.iter().map(|l| [l.size; 2]).collect(),
+            texel: Box::new(texel),
+        }
+    }
 }
 
 impl Request<'_> {
@@ -504,6 +497,8 @@ fn bars(parts: &Value) -> String {
         svg.raw(&format!(
             "<rect class=\"bar\" x=\"124\" y=\"{y}\" width=\"{width}\" height=\"16\"/>"
         ));
+        // No minus in front of nothing.
+        let gain = if gain.abs() < 0.005 { 0.0 } else { *gain };
         let label = format!("{gain:+.2} dB, to {reached:.2}");
         svg.text([132.0 + length, y + 13.0], "s", &label);
     }
