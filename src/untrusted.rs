@@ -10,6 +10,8 @@ use crate::cli;
 use crate::error::InputError;
 use crate::image::{LoadOptions, load_distance, load_environment, load_planar_levels};
 use crate::mesh::Mesh;
+use crate::study::cost::CostModel;
+use crate::study::plan::Plan;
 use crate::unit::file;
 
 /// One reader of user data.
@@ -27,19 +29,25 @@ pub enum Reader {
     Obj,
     /// `--mesh FILE.glb`.
     Glb,
+    /// `study FILE.toml`.
+    Study,
+    /// `--cost`: TOML, read, written and read again.
+    Cost,
     /// `vectors check`: hexadecimal, JSON lines or words for `$readmemh`, against `rtl` and exact arithmetic.
     Vectors,
 }
 
 impl Reader {
     /// Every reader.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::TraceLines,
         Self::Unit,
         Self::Image,
         Self::Distance,
         Self::Obj,
         Self::Glb,
+        Self::Study,
+        Self::Cost,
         Self::Vectors,
     ];
 
@@ -53,6 +61,8 @@ impl Reader {
             Self::Distance => "distance",
             Self::Obj => "obj",
             Self::Glb => "glb",
+            Self::Study => "study",
+            Self::Cost => "cost",
             Self::Vectors => "vectors",
         }
     }
@@ -63,7 +73,7 @@ impl Reader {
     /// What a user would be told.
     ///
     /// # Panics
-    /// Where a unit that loads does not load again from its own text: a defect, for a fuzzer to find.
+    /// Where a unit or a cost model that loads does not load again from its own text: a defect, for a fuzzer to find.
     pub fn read(self, bytes: &[u8], max_image_mb: u64) -> Result<(), InputError> {
         let options = LoadOptions {
             max_image_mb,
@@ -91,6 +101,16 @@ impl Reader {
             }),
             Self::Obj => with_file(".obj", bytes, load_mesh),
             Self::Glb => with_file(".glb", bytes, load_mesh),
+            Self::Study => {
+                let text = String::from_utf8_lossy(bytes);
+                Plan::parse("study", &text, Path::new("")).map(|_| ())
+            }
+            Self::Cost => {
+                let model = CostModel::parse("cost", &String::from_utf8_lossy(bytes))?;
+                let again = CostModel::parse("cost", &model.to_toml());
+                assert_eq!(again, Ok(model), "knobs change on their way through a file");
+                Ok(())
+            }
             Self::Vectors => cli::vectors::answer(bytes),
         }
     }

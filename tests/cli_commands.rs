@@ -2,12 +2,12 @@
 
 mod cli_support;
 
-use cli_support::tapline;
+use cli_support::{Ran, command, tapline};
 use serde_json::Value;
 
 const SMALL: [&str; 4] = ["compare", "sphere", "--size", "24x24"];
 
-fn compare(more: &[&str]) -> cli_support::Ran {
+fn compare(more: &[&str]) -> Ran {
     let mut args = SMALL.to_vec();
     args.extend(more);
     tapline(&args)
@@ -52,8 +52,10 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let out = path("out");
     let small = ["--size", "40x40", "--face-size", "32", "--samples", "16"];
+    let engines = ["--engines", "rtl,f64,ewa,truth"];
     let mut args = vec!["compare", "room", "--json", "-", "--out", &out];
     args.extend(small);
+    args.extend(engines);
     let value = tapline(&args).done().json();
     let rays = value["fragments"].as_u64().unwrap();
     assert!(rays > 400, "{rays}");
@@ -78,10 +80,9 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
         .iter()
         .map(|p| (p["a"].as_str(), p["b"].as_str()))
         .collect();
-    assert_eq!(
-        names,
-        [("rtl", "f64"), ("f64", "ewa"), ("ewa", "truth")].map(|(a, b)| (Some(a), Some(b)))
-    );
+    let ladder = ladder(&value);
+    let adjacent = ladder.windows(2).map(|w| (Some(w[0]), Some(w[1])));
+    assert_eq!(names, adjacent.collect::<Vec<_>>());
     for name in [
         "classic.png",
         "views.png",
@@ -167,8 +168,10 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
             &["compare", "nosuch"],
             "sphere, cylinder, parabola, scratches, waves",
         ),
-        (&["compare", "--engines", "gpu"], "not built"),
-        (&["compare", "--engines", "xx"], "rtl, gpu, f64, ewa, truth"),
+        (
+            &["compare", "--engines", "xx"],
+            "rtl, gpu, sampler, f64, ewa, truth",
+        ),
         (&["compare", "--size", "0x5"], "WIDTHxHEIGHT"),
         (&["compare", "--size", "-1x5"], "WIDTHxHEIGHT"),
         (&["compare", "--size", "16385x1"], "16384"),
@@ -189,12 +192,15 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
         (&["compare", "--face-size", "17000"], "--face-size"),
         (&["compare", "--bump-scale", "3"], "--bump"),
         (&["compare", "--max-image-mb", "-1"], "--max-image-mb"),
-        (&["compare", "--adapter", "x"], "--adapter"),
+        (&["compare", "--adapter", "x"], "adapter"),
         (&["compare", "--env", "none.exr"], "none.exr"),
         (&["compare", "--env", "."], "directory"),
         (&["compare", "--min-psnr", "rtl:f64"], "rtl:f64=50"),
         (&["compare", "--min-psnr", "rtl:f64=nan"], "rtl:f64=50"),
-        (&["compare", "--min-psnr", "rtl:gpu=5"], "gpu"),
+        (
+            &["compare", "--engines", "rtl", "--min-psnr", "rtl:gpu=5"],
+            "gpu",
+        ),
         (
             &["compare", "--engines", "rtl", "--max-lsb8", "rtl:f64=5"],
             "f64",
@@ -202,10 +208,6 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
         (
             &["render", "sphere", "--engine", "rtl", "-o", "x.gif"],
             ".png",
-        ),
-        (
-            &["render", "sphere", "--engine", "gpu", "-o", "x.png"],
-            "not built",
         ),
         (&["tables", "show", "foo"], "recip"),
         (&["diff", "a.json", "b.json"], "result file"),
@@ -218,6 +220,13 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
         ran.refused(&[part]);
         assert_eq!(ran.stdout, "", "{args:?}");
     }
+}
+
+/// The engines of a run that names none: with an adapter the gpu is a rung, without one it is skipped.
+fn ladder(value: &Value) -> Vec<&'static str> {
+    let gpu = value["adapter"].is_string();
+    let all = ["rtl", "gpu", "f64", "ewa", "truth"];
+    all.into_iter().filter(|n| gpu || *n != "gpu").collect()
 }
 
 #[test]
@@ -242,7 +251,7 @@ fn compare_json_has_the_keys_that_scripts_rely_on() {
     assert_eq!(value["scene"], "sphere");
     assert_eq!(value["size"], serde_json::json!([24, 24]));
     assert_eq!(value["unit"]["footprint"]["max_probes"], 16);
-    assert_eq!(keys(&value["engines"]), ["rtl", "f64", "ewa", "truth"]);
+    assert_eq!(keys(&value["engines"]), ladder(&value));
     for engine in value["engines"].as_object().unwrap().values() {
         for key in [
             "seconds",
@@ -259,7 +268,9 @@ fn compare_json_has_the_keys_that_scripts_rely_on() {
         .iter()
         .map(|p| (p["a"].as_str().unwrap(), p["b"].as_str().unwrap()))
         .collect();
-    assert_eq!(pairs, [("rtl", "f64"), ("f64", "ewa"), ("ewa", "truth")]);
+    let ladder = ladder(&value);
+    let adjacent: Vec<_> = ladder.windows(2).map(|w| (w[0], w[1])).collect();
+    assert_eq!(pairs, adjacent);
     for key in ["psnr_db", "max_abs", "rmse", "rel_mse", "share_over_1_lsb8"] {
         assert!(value["pairs"][0][key].is_number(), "{key}");
     }
@@ -268,9 +279,56 @@ fn compare_json_has_the_keys_that_scripts_rely_on() {
         keys(register),
         ["stage", "register", "worst_lsb", "mean_lsb", "pixel"]
     );
+    if value["adapter"].is_string() {
+        assert_eq!(value["skipped"], serde_json::json!([]));
+        assert!(value["stages"]["first_difference"].is_null());
+    } else {
+        assert_eq!(value["skipped"][0]["engine"], "gpu");
+        assert!(value["skipped"][0]["why"].is_string());
+    }
+}
+
+/// Runs where the loader of Vulkan finds no driver.
+fn without_a_driver(args: &[&str]) -> Ran {
+    command()
+        .args(args)
+        .env("VK_DRIVER_FILES", "/nonexistent/driver.json")
+        .env("VK_ICD_FILENAMES", "/nonexistent/driver.json")
+        .stdin(std::process::Stdio::null())
+        .output()
+        .unwrap()
+        .into()
+}
+
+#[test]
+fn without_an_adapter_compare_goes_on_and_says_so_and_a_named_gpu_is_refused() {
+    let small = ["compare", "sphere", "--size", "24x24", "--samples", "4"];
+    let value = without_a_driver(&[&small[..], &["--json", "-"]].concat())
+        .done()
+        .json();
+    assert_eq!(keys(&value["engines"]), ["rtl", "f64", "ewa", "truth"]);
     assert_eq!(value["skipped"][0]["engine"], "gpu");
-    assert!(value["skipped"][0]["why"].is_string());
+    let why = value["skipped"][0]["why"].as_str().unwrap();
+    assert!(why.contains("no GPU adapter"), "{why}");
     assert!(value["adapter"].is_null());
+    let words = without_a_driver(&small).done().stdout;
+    assert!(
+        words.contains("not checked: gpu (no GPU adapter"),
+        "{words}"
+    );
+    for named in [&["--engines", "rtl,gpu"][..], &["--adapter", "llvmpipe"]] {
+        without_a_driver(&[&small[..], named].concat())
+            .refused(&["no GPU adapter", "mesa-vulkan-drivers"]);
+    }
+    let render = [
+        "render",
+        "sphere",
+        "--engine",
+        "gpu",
+        "-o",
+        "/tmp/never.png",
+    ];
+    without_a_driver(&render).refused(&["no GPU adapter"]);
 }
 
 #[test]
@@ -385,18 +443,22 @@ fn the_number_of_threads_and_repetition_change_no_bit() {
     let mut pictures = Vec::new();
     for (i, threads) in ["1", "2", "2", "3"].into_iter().enumerate() {
         let out = folder.path().join(i.to_string());
-        compare(&[
+        let ran = compare(&[
             "--samples",
             "4",
             "--threads",
             threads,
+            "--engines",
+            "rtl,f64,ewa,truth",
             "--out",
             out.to_str().unwrap(),
-        ])
-        .done();
+            "--json",
+            "-",
+        ]);
         let mut files = cli_support::names(&out);
         files.retain(|f| f != "report.html");
-        assert_eq!(files.len(), 4 * 2 + 3 + 1, "{files:?}");
+        let engines = ladder(&ran.done().json()).len();
+        assert_eq!(files.len(), engines * 2 + (engines - 1) + 1, "{files:?}");
         let bytes: Vec<_> = files
             .iter()
             .map(|f| std::fs::read(out.join(f)).unwrap())

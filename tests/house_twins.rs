@@ -42,8 +42,21 @@ fn stages() -> BTreeSet<String> {
 #[test]
 fn every_stage_has_its_file_in_the_model_the_reference_and_the_documents() {
     // (folder, extension, files there that are no stages)
-    let places: [(&str, &str, &[&str]); 3] = [
+    let places: [(&str, &str, &[&str]); 4] = [
         ("rtl_model/src/stages", "rs", &[]),
+        (
+            "src/gpu/shaders",
+            "wgsl",
+            &[
+                "policy",
+                "vector",
+                "cube",
+                "texture",
+                "planar",
+                "distances",
+                "kernels",
+            ],
+        ),
         (
             "src/reference",
             "rs",
@@ -90,6 +103,37 @@ fn every_stage_file_defines_a_function_of_its_own_name() {
             let defined = [format!("fn {name}("), format!("fn {name}<")];
             if !defined.iter().any(|start| text.contains(start)) {
                 problems.push(format!("{folder}/{name}.rs has no fn {name}"));
+            }
+        }
+    }
+    // `filter` is a reserved word of WGSL: its two forms say what they read.
+    for name in stages() {
+        let path = house::root("src/gpu/shaders").join(format!("{name}.wgsl"));
+        let text = house::read(&path);
+        let function = if name == "filter" {
+            "filter_cube"
+        } else {
+            &name
+        };
+        if !text.contains(&format!("\nfn {function}(")) {
+            problems.push(format!("src/gpu/shaders/{name}.wgsl has no fn {function}"));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn every_page_of_a_stage_links_its_three_twins() {
+    let mut problems = Vec::new();
+    for name in stages() {
+        let page = house::read(&house::root("docs/stages").join(format!("{name}.md")));
+        for twin in [
+            format!("../../rtl_model/src/stages/{name}.rs"),
+            format!("../../src/reference/{name}.rs"),
+            format!("../../src/gpu/shaders/{name}.wgsl"),
+        ] {
+            if !page.contains(&format!("({twin})")) {
+                problems.push(format!("docs/stages/{name}.md has no link to {twin}"));
             }
         }
     }

@@ -6,7 +6,7 @@ use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
-use super::job::{Caustics, Job};
+use super::job::{Caustics, Job, refuse_sampler};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use super::{Failure, subject};
@@ -97,6 +97,7 @@ impl Results {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
+    refuse_sampler(&args.scene, &args.engines)?;
     let Chosen {
         rungs,
         skipped,
@@ -266,16 +267,25 @@ fn render_all(
         Some(gpu) if both == [true; 2] => {
             let bar = Bar::new("stages", job.total(Rung::Rtl));
             let checked = job.check_stages(gpu, settings, &|n| bar.add(n));
-            Some(checked.map_err(InputError::from)?)
+            let mut checked = checked.map_err(InputError::from)?;
+            if let (Some(first), Some(rtl)) = (&mut checked.first, &rtl) {
+                let register = (first.stage.name(), first.register);
+                first.rtl = job.rtl_register(rtl, settings, first.pixel, register);
+            }
+            Some(checked)
         }
         Some(_) | None => None,
     };
+    // An engine that could not render makes no caustic either.
+    let ran: Vec<Rung> = renderings.iter().map(|(rung, _)| *rung).collect();
+    let caustics = job.caustics(&ran, rtl.as_ref(), gpu.as_ref(), settings);
+    let caustics = caustics.map_err(InputError::from)?;
     let mut results = Results {
         renderings,
         pairs: Vec::new(),
         registers,
         stages,
-        caustics: job.caustics(rungs, rtl.as_ref(), settings),
+        caustics,
         skipped,
         adapter,
     };

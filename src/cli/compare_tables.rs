@@ -214,7 +214,7 @@ fn stages_json(stages: &StageChecks) -> Value {
     let first = stages.first.as_ref().map(|d| {
         json!({
             "stage": d.stage.name(), "register": d.register, "pixel": d.pixel,
-            "gpu": d.gpu, "f64": d.f64, "tolerance": d.tolerance, "operands": d.operands,
+            "rtl": d.rtl, "gpu": d.gpu, "f64": d.f64, "tolerance": d.tolerance, "operands": d.operands,
         })
     });
     json!({"fragments": stages.fragments, "registers": rows, "first_difference": first})
@@ -260,6 +260,9 @@ fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(
         ("tolerance", &d.tolerance),
     ] {
         writeln!(out, "  {name:9} {values:?}")?;
+    }
+    if let Some(rtl) = &d.rtl {
+        writeln!(out, "  rtl       {rtl:?} (behind its own stages)")?;
     }
     let operands: Vec<String> = d.operands.iter().map(|w| format!("{w:08x}")).collect();
     writeln!(out, "  operands  {}", operands.join(" "))?;

@@ -1,5 +1,7 @@
 //! What a command renders: a scene of the ENV or of the HIT operation, by any engine.
 
+use rtl_model::regs::Reg;
+
 use super::args::SceneArgs;
 use super::subject;
 use crate::caustic::Caustic;
@@ -11,6 +13,7 @@ use crate::engine::gpu::hit::GpuHit;
 use crate::engine::gpu::tex::GpuTex;
 use crate::engine::hit::HitRtl;
 use crate::engine::hit_subject::{HitSubject, lit};
+use crate::engine::probe::{self, RtlProbe};
 use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::sampler::SamplerEngine;
@@ -35,6 +38,19 @@ pub(super) enum Job {
     Hit(Box<HitSubject>),
     /// Paths with ray cones.
     Tex(Box<TexSubject>),
+}
+
+/// Refuses the engine that has no TEX operation for scenes of it.
+pub(super) fn refuse_sampler(scene: &str, rungs: &[Rung]) -> Result<(), InputError> {
+    if rungs.contains(&Rung::Sampler) && tex::is_tex_scene(scene) {
+        return Err(InputError::new(
+            "sampler",
+            "a scene of the operations that it has, ENV and HIT",
+            format!("`{scene}`, a scene of TEX"),
+            "leave sampler out, or choose another scene",
+        ));
+    }
+    Ok(())
 }
 
 /// The integer model, compiled for a job.
@@ -248,8 +264,8 @@ impl Job {
             Self::Hit(s) => SamplerEngine::new(gpu, &s.map)?.hit(settings, s, progress),
             Self::Tex(_) => Err(GpuError::Unsupported {
                 adapter: gpu.adapter().title(),
-                doing: "a scene of the TEX operation by the engine sampler".into(),
-                lacks: "an engine for it: sampler has ENV and HIT scenes".into(),
+                doing: "the engine sampler on 2-D textures".into(),
+                lacks: "an engine for them".into(),
             }),
         }
     }
@@ -335,30 +351,74 @@ impl Job {
         }
     }
 
+    /// A register of the integer model at the first fragment of a pixel; nothing where it has none of that name.
+    pub(super) fn rtl_register(
+        &self,
+        rtl: &Rtl,
+        settings: &Settings,
+        pixel: [u32; 2],
+        (stage, register): (&str, &str),
+    ) -> Option<Vec<f64>> {
+        let reg = Reg::find(stage, register)?;
+        let mut probe = RtlProbe::default();
+        match (self, rtl) {
+            (Self::Env(s), Rtl::Env(e)) => {
+                let f = s.scene.fragments.iter().find(|f| f.pixel == pixel)?;
+                let texture = Some(&e.texture);
+                probe::rtl(&e.unit, &e.config, &f.fragment, texture, &mut probe);
+            }
+            (Self::Hit(s), Rtl::Hit(e)) => {
+                let ray = s.scene.rays.iter().find(|r| r.pixel == pixel)?;
+                e.trace(&ray.fragment, &mut probe);
+            }
+            (Self::Tex(s), Rtl::Tex(e)) => {
+                let [column, row] = pixel.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+                let mut done = false;
+                s.each_look(e, settings, row, &mut |x, look, words, _| {
+                    if x == column && !done {
+                        let words = std::slice::from_ref(words);
+                        let _ = e.textures[look.texture].lanes::<1, _>(words, &mut probe);
+                        done = true;
+                    }
+                });
+            }
+            (Self::Env(_) | Self::Hit(_) | Self::Tex(_), _) => return None,
+        }
+        let values = probe.get(reg).iter().filter(|code| code.is_written());
+        Some(values.map(|code| code.value()).collect())
+    }
+
     /// The caustic by the engines of `rungs`; nothing where no lamp shines through an object.
     pub(super) fn caustics(
         &self,
         rungs: &[Rung],
         rtl: Option<&Rtl>,
+        gpu: Option<&Gpu>,
         settings: &Settings,
-    ) -> Option<Caustics> {
+    ) -> Result<Option<Caustics>, GpuError> {
         let Self::Hit(subject) = self else {
-            return None;
+            return Ok(None);
         };
-        let lit = subject.lit.as_ref()?;
+        let Some(lit) = subject.lit.as_ref() else {
+            return Ok(None);
+        };
         let world = &subject.scene.view.world;
         let mut by = Vec::new();
         if let Some(Rtl::Hit(engine)) = rtl {
             by.push((Rung::Rtl, lit.by_rtl(world, engine)));
         }
+        if let Some(gpu) = gpu.filter(|_| rungs.contains(&Rung::Gpu)) {
+            let engine = GpuHit::new(gpu, settings, &subject.distance, None, 1)?;
+            by.push((Rung::Gpu, lit.by_gpu(world, &engine)?));
+        }
         if rungs.contains(&Rung::F64) {
             by.push((Rung::F64, lit.by_f64(world, &subject.reference(settings))));
         }
         by.push((Rung::Truth, lit.by_rays(world)));
-        Some(Caustics {
+        Ok(Some(Caustics {
             photons: lit.photons.len(),
             by,
-        })
+        }))
     }
 
     /// The pictures of [`extra_pictures`]. `filtered` is by the float reference, else by the integer model.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::job::Job;
+use super::job::{Job, refuse_sampler};
 use super::output::{Kind, Origin, write_picture};
 use super::progress::Bar;
 use super::{Failure, subject};
@@ -43,6 +43,7 @@ enum Depth {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
+    refuse_sampler(&args.scene, &[args.engine])?;
     let gpu = if args.engine.needs_gpu() {
         Some(args.run.adapter.open()?)
     } else {

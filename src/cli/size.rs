@@ -18,7 +18,7 @@ use crate::report::table::{Align, Table, fixed};
 use crate::study::bench::Bench;
 use crate::study::cost::{CostModel, Operation, Sheet};
 use crate::study::plan::Place;
-use crate::study::size::{Found, Goal, Shorter, SizeOptions, size};
+use crate::study::size::{Found, Goal, Outcome, Shorter, SizeOptions, size};
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
 #[derive(Debug, clap::Args)]
@@ -127,7 +127,14 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         cost,
     };
     let start = Instant::now();
-    let (found, bench) = size(built, &base, &options)?;
+    let (outcome, bench) = size(built, &base, &options)?;
+    let found = match outcome {
+        Outcome::Found(found) => found,
+        Outcome::Beyond(best) => {
+            let what = format!("no unit keeps the bound; the best has {}", verdict(&best));
+            return Err(Failure::Disagrees(what));
+        }
+    };
     let seconds = start.elapsed().as_secs_f64();
     let sheets = sheets(&base, &found.spec, &bench, &options.cost);
     if !target.takes_stdout() {

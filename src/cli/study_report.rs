@@ -12,7 +12,7 @@ use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::study::bench::Bench;
 use crate::study::cost::CostModel;
-use crate::study::front::{ERRORS, figure, front};
+use crate::study::front::{error_figure, figure, front, larger_is_better};
 use crate::study::plan::Plan;
 use crate::study::report::{details, page};
 use crate::study::rows;
@@ -142,7 +142,8 @@ fn gather(
 }
 
 fn usual(results: &Results) -> Vec<usize> {
-    let on = front(&results.rows);
+    let error = error_figure(results);
+    let on = front(&results.rows, &error);
     let mut scenes: Vec<&Value> = results.rows.iter().map(|r| &r["scene"]).collect();
     scenes.dedup();
     let mut out = Vec::new();
@@ -152,9 +153,12 @@ fn usual(results: &Results) -> Vec<usize> {
             .iter()
             .zip(&on)
             .filter(|(r, on)| **on && r["scene"] == *scene)
-            .filter_map(|(r, _)| Some((r, ERRORS.iter().find_map(|e| figure(r, e))?)))
+            .filter_map(|(r, _)| Some((r, figure(r, &error)?)))
             .collect();
         rows.sort_by(|a, b| b.1.total_cmp(&a.1));
+        if !larger_is_better(&error) {
+            rows.reverse();
+        }
         let picks = [0, rows.len() / 2];
         let number = |i: usize| {
             rows.get(i)

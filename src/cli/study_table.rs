@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::study::plain;
 use crate::error::InputError;
 use crate::report::table::{Align, significant};
-use crate::study::front::{figure, front};
+use crate::study::front::{error_figure, figure, front};
 use crate::study::measures::{is_column, names};
 use crate::study::store::Results;
 
@@ -43,7 +43,7 @@ pub(super) fn table(
     } else {
         columns.to_vec()
     };
-    let on_front = front(&results.rows);
+    let on_front = front(&results.rows, &error_figure(&results));
     let shown: Vec<&Value> = results
         .rows
         .iter()

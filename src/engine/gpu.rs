@@ -13,7 +13,7 @@ use std::time::Instant;
 use super::{Progress, Rendering, Subject};
 use crate::cube::CubeMap;
 use crate::fragment::{Fragment, PixelFragment};
-use crate::gpu::dispatch::{Program, Words};
+use crate::gpu::dispatch::{Batch, Program, Words};
 use crate::gpu::kernels::{Fused, Kernel};
 use crate::gpu::maps::Maps;
 use crate::gpu::policy::{Policy, Tables, to_f32};
@@ -300,6 +300,34 @@ impl<'a> GpuEnv<'a> {
             })
             .collect();
         Ok((results, reports))
+    }
+
+    /// The fragments of one batch on the device, and how many there are: at most what a batch holds.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn upload(&self, fragments: &[PixelFragment]) -> Result<(Batch, usize), GpuError> {
+        let count = fragments.len().min(Program::batch(self.gpu, ENV_WORDS));
+        let mut operands = Operands::new(Flag::NonFinite);
+        for fragment in &fragments[..count] {
+            encode(&mut operands, &fragment.fragment);
+        }
+        let (maps, policy) = (&self.maps, &self.policy);
+        let batch = self
+            .program
+            .upload(self.gpu, maps, policy, ENV_WORDS, &operands.words, &[])?;
+        Ok((batch, count))
+    }
+
+    /// Runs the kernel over a batch that is on the device, and waits for it.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn run(&self, batch: &Batch) -> Result<(), GpuError> {
+        self.program.dispatch(self.gpu, batch)?;
+        self.gpu.wait()
     }
 
     /// Renders all fragments; the seconds hold their rounding to f32, uploads and read-backs, but neither maps nor

@@ -115,6 +115,21 @@ impl Lit {
         searched(world, &self.uv_map, &self.photons, &ends(&results))
     }
 
+    /// The caustic by a device's kernels.
+    ///
+    /// # Errors
+    ///
+    /// What the driver reports.
+    pub fn by_gpu(&self, world: &World, engine: &GpuHit<'_>) -> Result<Caustic, GpuError> {
+        let results = engine.filter(&rays_of(&self.photons), &|_| {})?;
+        Ok(searched(
+            world,
+            &self.uv_map,
+            &self.photons,
+            &ends(&results),
+        ))
+    }
+
     /// The caustic by the float reference.
     #[must_use]
     pub fn by_f64(&self, world: &World, engine: &HitF64<'_>) -> Caustic {

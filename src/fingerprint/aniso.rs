@@ -115,6 +115,18 @@ pub struct LodRule {
 }
 
 impl LodRule {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> String {
+        let width = self.width.name();
+        match self.width {
+            Width::Zero => width,
+            Width::Major | Width::Minor | Width::Clamped | Width::PerTap(_) => {
+                format!("{width}, {}; {}", self.lengths.name(), self.mix.name())
+            }
+        }
+    }
+
     /// λ of a pair of derivatives in texels by one octave of a curve; `major` is the length without anisotropy.
     #[must_use]
     pub fn lod(self, octave: &[f64], clamp: u16, major: f64, [dx, dy]: [[f64; 2]; 2]) -> f64 {

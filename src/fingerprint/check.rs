@@ -1,9 +1,10 @@
 //! The proof: a model built from the fingerprint's claims predicts random look-ups.
 
+use super::cube::straddles;
 use super::levels::{Fit, random};
 use super::model::{Line, Model, Rule};
 use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32};
-use crate::cube::{direction, major_face};
+use crate::cube::direction;
 use crate::gpu::GpuError;
 
 /// Look-ups in a group.
@@ -30,10 +31,8 @@ pub struct Group {
     pub within: usize,
     /// That step, as a share of the range of the texels.
     pub step: f64,
-    /// Largest distance.
-    pub worst: f64,
-    /// Mean distance.
-    pub mean: f64,
+    /// Largest and mean distance.
+    pub fit: Fit<()>,
     /// Further look-ups whose quad lies on several faces of a cube, and how many of those are within one step. They count apart:
     /// what a driver takes for their differences is not defined by any rule above.
     pub straddling: [usize; 2],
@@ -102,7 +101,10 @@ pub fn lines(
     rule: Rule,
 ) -> Result<Vec<Fit<Line>>, GpuError> {
     let image = noise(rule.shape);
-    let queries = look_ups(rule.shape, CASES);
+    let mut queries = look_ups(rule.shape, CASES);
+    if rule.shape == Shape::Cube && rule.source == Source::Quad {
+        queries.retain(|q| !straddles(q));
+    }
     let state = State::trilinear(rule.clamp);
     let seen = alone(unit, &image, state, rule.source, &queries)?;
     let mut fits = Vec::new();
@@ -117,11 +119,7 @@ pub fn lines(
             .zip(&predicted)
             .map(|(a, b)| distance(a, b))
             .collect();
-        fits.push(Fit {
-            rule: line,
-            worst: distances.iter().copied().fold(0.0, f64::max),
-            mean: distances.iter().sum::<f64>() / distances.len() as f64,
-        });
+        fits.push(Fit::of(line, &distances));
     }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));
     Ok(fits)
@@ -153,14 +151,7 @@ pub fn check(
     // Column, row and level weight of each of two levels may be a step off, each moves a colour by at most one range; of 8-bit
     // and of smooth weights one step counts as 2^−8.
     let step = model.texels.size().max(libm::exp2(-8.0));
-    let straddles = |q: &Query| {
-        let face = |sum: [f32; 3]| major_face(sum.map(f64::from));
-        let add = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
-        let quad = [add(q.at, q.dx), add(q.at, q.dy), add(add(q.at, q.dx), q.dy)];
-        shape == Shape::Cube
-            && source == Source::Quad
-            && quad.iter().any(|d| face(*d) != face(q.at))
-    };
+    let straddles = |q: &Query| shape == Shape::Cube && source == Source::Quad && straddles(q);
     let (mut distances, mut straddling) = (Vec::new(), [0; 2]);
     for (query, (a, b)) in queries.iter().zip(seen.iter().zip(&predicted)) {
         let distance = distance(a, b);
@@ -180,8 +171,7 @@ pub fn check(
         exact: below(libm::exp2(-16.0)),
         within: below(step),
         step,
-        worst: distances.iter().copied().fold(0.0, f64::max),
-        mean: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+        fit: Fit::of((), &distances),
         straddling,
     })
 }

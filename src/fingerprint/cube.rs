@@ -4,11 +4,11 @@ use super::aniso::{LodRule, rules};
 use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
 use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
-use super::taps::{Transfer, transfer};
+use super::transfer::{Transfer, transfer};
 use super::unit::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };
-use crate::cube::{FACE_NAMES, direction, major_face};
+use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
 use crate::gpu::GpuError;
 
 /// Texels along an edge of a face for the level of detail.
@@ -197,6 +197,17 @@ fn cases() -> Vec<Query> {
         .collect()
 }
 
+/// Whether the quad of a look-up lies on several faces: what a driver takes for its differences is then not defined by a rule of
+/// one face.
+#[must_use]
+pub fn straddles(query: &Query) -> bool {
+    let face = |d: [f32; 3]| major_face(d.map(f64::from));
+    let add = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| a[i] + b[i]);
+    let right = add(query.at, query.dx);
+    let quad = [right, add(query.at, query.dy), add(right, query.dy)];
+    quad.iter().any(|d| face(*d) != face(query.at))
+}
+
 /// λ of look-ups on a cube.
 fn lods(
     unit: &mut dyn TextureUnit,
@@ -245,7 +256,16 @@ pub fn aniso(
     (projection, rho): (Projection, Rho),
     (clamp, source): (u16, Source),
 ) -> Result<Vec<Fit<LodRule>>, GpuError> {
-    let cases = lods(unit, State::trilinear(clamp), source, &cases())?;
+    let mut queries = cases();
+    if source == Source::Quad {
+        // In the face's plane: there the difference of two projected pixels is the derivative.
+        for q in &mut queries {
+            let (major, _) = FACE_AXES[major_face(q.at.map(f64::from))][2];
+            (q.dx[major], q.dy[major]) = (0.0, 0.0);
+        }
+        queries.retain(|q| !straddles(q));
+    }
+    let cases = lods(unit, State::trilinear(clamp), source, &queries)?;
     Ok(rank(&rules(), &cases, |rule, q| {
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));
         let pair = [dx, dy].map(|d| projection.on_face(at, d, SIZE as f64));

@@ -6,7 +6,8 @@ use super::cube::Ties;
 use super::levels::Fit;
 use super::model::Rule;
 use super::steps::{Rounding, Staircase, Steps};
-use super::taps::{Footprint, Taps, Transfer};
+use super::taps::{Footprint, Taps};
+use super::transfer::Transfer;
 use super::unit::Source;
 use super::{Filter, Fingerprint, Mapped, honours, shape_name, source_name};
 
@@ -62,8 +63,8 @@ pub fn to_json(found: &Fingerprint) -> Value {
             "within_2^-16": g.exact,
             "within_one_step": g.within,
             "step": g.step,
-            "worst": g.worst,
-            "mean": g.mean,
+            "worst": g.fit.worst,
+            "mean": g.fit.mean,
             "quads_on_several_faces": g.straddling[0],
             "of_those_within_one_step": g.straddling[1],
         })).collect::<Vec<_>>(),
@@ -78,6 +79,7 @@ fn steps(steps: Steps) -> Value {
             "rounding": match rounding {
                 Rounding::Floor => "floor",
                 Rounding::Nearest => "nearest",
+                Rounding::NearestEven => "nearest-even",
             },
         }),
     }
@@ -137,7 +139,7 @@ fn filter(f: &Filter) -> Value {
 }
 
 fn footprint(f: &Footprint) -> Value {
-    json!({"clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
+    json!({"texture": shape_name(f.shape), "clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
 }
 
 fn taps(t: &Taps) -> Value {

@@ -164,7 +164,10 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
         })
         .collect();
     let seen = lods(unit, State::trilinear(1), Source::Level, &queries)?;
-    Ok(staircase(seen.into_iter().map(|lod| lod - 2.0).collect()))
+    Ok(staircase(
+        seen.into_iter().map(|lod| lod - 2.0).collect(),
+        None,
+    ))
 }
 
 /// The curve, of footprints that have a derivative along one axis alone: all rules of length agree on those.
@@ -192,7 +195,7 @@ pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, GpuError> {
     let fine = lods(unit, state, Source::Gradient, &fine)?;
     let octave: Vec<f64> = fine.into_iter().map(|l| l - 2.0).collect();
     let bits = grid_bits(&octave);
-    let distinct = staircase(octave.clone()).distinct;
+    let distinct = staircase(octave.clone(), None).distinct;
     let points: Vec<(f64, f64)> = octave
         .iter()
         .enumerate()
@@ -232,25 +235,31 @@ pub struct Fit<R> {
     pub mean: f64,
 }
 
-/// Rules by how well they fit, the best first.
+impl<R> Fit<R> {
+    /// A rule by its distances.
+    #[must_use]
+    pub fn of(rule: R, distances: &[f64]) -> Self {
+        Self {
+            rule,
+            worst: distances.iter().copied().fold(0.0, f64::max),
+            mean: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+        }
+    }
+}
+
+/// Rules by how well they fit, the best first; among equals the plainer, earlier one.
 pub fn rank<R: Copy, T>(
     rules: &[R],
     cases: &[(T, f64)],
     predict: impl Fn(R, &T) -> f64,
 ) -> Vec<Fit<R>> {
-    let mut fits: Vec<Fit<R>> = rules
-        .iter()
-        .map(|rule| {
-            let distances = cases
-                .iter()
-                .map(|(case, seen)| (predict(*rule, case) - seen).abs());
-            Fit {
-                rule: *rule,
-                worst: distances.clone().fold(0.0, f64::max),
-                mean: distances.sum::<f64>() / cases.len().max(1) as f64,
-            }
-        })
-        .collect();
+    let mut fits: Vec<Fit<R>> = Vec::new();
+    for rule in rules {
+        let distances = cases
+            .iter()
+            .map(|(case, seen)| (predict(*rule, case) - seen).abs());
+        fits.push(Fit::of(*rule, &distances.collect::<Vec<_>>()));
+    }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));
     fits
 }

@@ -12,12 +12,16 @@ mod json;
 pub mod levels;
 pub mod model;
 mod picture;
+mod picture_map;
 mod plot;
 pub mod rho;
+pub mod shapes;
 pub mod steps;
 pub mod taps;
 pub mod texels;
 mod text;
+mod text_taps;
+pub mod transfer;
 pub mod unit;
 
 use aniso::{CLAMPS, LodRule};
@@ -27,8 +31,9 @@ use levels::{Curve, Fit};
 use model::{Corner, Line, Model, Rule, Seam};
 use rho::{Projection, Rho};
 use steps::Staircase;
-use taps::{Footprint, Taps, Transfer};
+use taps::{Footprint, Taps};
 use texels::{Coordinates, Weights};
+use transfer::Transfer;
 use unit::{Format, Query, Shape, Source, State, TextureUnit};
 
 use crate::gpu::GpuError;
@@ -48,9 +53,7 @@ pub const MAP_ANGLES: [f64; 6] = [0.0, 30.0, 45.0, 60.0, 90.0, 135.0];
 /// Ratios of the tap table.
 const TABLE_RATIOS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 16.0];
 /// Ratios whose angle is swept.
-const SWEPT_RATIOS: [f64; 2] = [4.0, 16.0];
-/// Degrees between two angles of that sweep.
-const DEGREES: u32 = 15;
+const SWEPT_RATIOS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
 /// A kind of look-up with anisotropy, and what was found about it.
 #[derive(Clone, Debug)]
@@ -256,27 +259,35 @@ fn settle(filters: &mut [Filter]) {
     }
 }
 
-/// The footprints of the tap table.
+/// The footprints of the tap table: every clamp over the ratio, the largest one over the angle.
 fn table(clamps: &[u16]) -> Vec<Footprint> {
     let mut table = Vec::new();
-    for clamp in clamps {
-        table.extend(TABLE_RATIOS.map(|ratio| Footprint {
-            clamp: *clamp,
-            ratio,
-            degrees: 0.0,
-        }));
-    }
-    let clamp = clamps[clamps.len() - 1];
-    for ratio in SWEPT_RATIOS {
-        table.extend(
-            (DEGREES..180)
-                .step_by(DEGREES as usize)
-                .map(|degrees| Footprint {
-                    clamp,
-                    ratio,
-                    degrees: degrees.into(),
-                }),
-        );
+    let largest = clamps[clamps.len() - 1];
+    let mut add = |shape, clamp: u16, ratio: f64, degrees: u32| {
+        // Beyond eight clamps the level is so small that edges come near.
+        if ratio <= 8.0 * f64::from(clamp) {
+            table.push(Footprint {
+                shape,
+                clamp,
+                ratio,
+                degrees: degrees.into(),
+            });
+        }
+    };
+    for (shape, ratios, degrees) in [
+        (Shape::Planar, &TABLE_RATIOS[..], 15),
+        (Shape::Cube, &SWEPT_RATIOS[..], 45),
+    ] {
+        for clamp in clamps {
+            for ratio in ratios {
+                add(shape, *clamp, *ratio, 0);
+            }
+        }
+        for ratio in SWEPT_RATIOS {
+            for angle in (degrees..180).step_by(degrees as usize) {
+                add(shape, largest, ratio, angle);
+            }
+        }
     }
     table
 }
@@ -286,6 +297,7 @@ fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Map
     let mut footprints = Vec::new();
     for ratio in MAP_RATIOS {
         footprints.extend(MAP_ANGLES.map(|degrees| Footprint {
+            shape: Shape::Planar,
             clamp,
             ratio,
             degrees,
@@ -297,7 +309,7 @@ fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Map
         .collect();
     let levels = MAP.ilog2() as usize + 1;
     let shape = (Shape::Planar, MAP, levels);
-    let found = taps::transfer(unit, shape, State::trilinear(clamp), source, &queries)?;
+    let found = transfer::transfer(unit, shape, State::trilinear(clamp), source, &queries)?;
     Ok(footprints
         .into_iter()
         .zip(found)

@@ -1,30 +1,26 @@
 //! The report as a picture.
 
-use super::cube::{SMALL, Shown};
+use super::cube::SMALL;
 use super::levels::CURVE;
-use super::plot::{Axes, Canvas, FAINT, IDEAL, INK, SERIES, heat};
-use super::taps::{Tap, Transfer};
+use super::picture_map::{CUBE_TEXEL, LARGE, SMALL_SCALE, net, tap_map};
+use super::plot::{Axes, Canvas, IDEAL, INK, SERIES};
 use super::texels::fractions;
-use super::unit::{Source, to_index};
-use super::{Fingerprint, MAP, MAP_ANGLES, MAP_RATIOS, Mapped, honours, source_name};
+use super::unit::Source;
+use super::{Fingerprint, MAP_ANGLES, MAP_RATIOS, honours, source_name};
 use crate::picture::Picture;
 
 /// Columns of the picture.
 const WIDTH: usize = 1640;
-/// Pixels of a texel in the tap map.
-const TEXEL: usize = 4;
-/// Texels that a cell of the tap map shows.
-const SHOWN: usize = 32;
-/// Pixels of a cell with its gap.
-const CELL: usize = SHOWN * TEXEL + 4;
-/// Pixels of a texel on a cube.
-const CUBE_TEXEL: usize = 9;
-
 /// Draws the report.
 #[must_use]
 pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
     let cubes: usize = found.cube_map.len();
-    let height = 930 + MAP_RATIOS.len() * CELL + cubes * (3 * SMALL * CUBE_TEXEL + 40);
+    let scale = if found.quad_map.is_empty() {
+        LARGE
+    } else {
+        SMALL_SCALE
+    };
+    let height = 930 + MAP_RATIOS.len() * scale.cell() + cubes * (3 * SMALL * CUBE_TEXEL + 40);
     let mut canvas = Canvas::new(WIDTH, height);
     canvas.text((24, 20), &format!("sampler fingerprint: {adapter}"), 2, INK);
     let (right, all) = found
@@ -40,17 +36,25 @@ pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
     lods(&mut canvas, found);
     ratios(&mut canvas, found);
     let top = 810;
-    tap_map(&mut canvas, (24, top), Source::Gradient, &found.map, found);
+    tap_map(
+        &mut canvas,
+        (24, top),
+        scale,
+        Source::Gradient,
+        &found.map,
+        found,
+    );
     if !found.quad_map.is_empty() {
         tap_map(
             &mut canvas,
-            (24 + MAP_ANGLES.len() * CELL + 20, top),
+            (24 + MAP_ANGLES.len() * scale.cell() + 20, top),
+            scale,
             Source::Quad,
             &found.quad_map,
             found,
         );
     }
-    let mut y = top + 60 + MAP_RATIOS.len() * CELL;
+    let mut y = top + 60 + MAP_RATIOS.len() * scale.cell();
     for (source, shown) in &found.cube_map {
         let title = format!(
             "cube, {SMALL} x {SMALL} texels a face: footprint of 6 x 1 texels by {}, largest clamp; +x -x +y -y around +z",
@@ -254,101 +258,4 @@ fn ratios(canvas: &mut Canvas, found: &Fingerprint) {
         1,
         IDEAL,
     );
-}
-
-/// Every texel's weight over ratio and angle, taps as dots.
-fn tap_map(
-    canvas: &mut Canvas,
-    (x, y): (usize, usize),
-    source: Source,
-    map: &[Mapped],
-    found: &Fingerprint,
-) {
-    let clamp = map.first().map_or(1, |m| m.footprint.clamp);
-    let title = format!(
-        "texels of {} on a 2-D texture, clamp {clamp}: darkest = largest weight; black dots: bilinear taps",
-        source_name(source)
-    );
-    canvas.text((x, y), &title, 1, INK);
-    for (column, angle) in MAP_ANGLES.iter().enumerate() {
-        canvas.text((x + column * CELL, y + 16), &format!("{angle} deg"), 1, INK);
-    }
-    for (row, m) in map.chunks(MAP_ANGLES.len()).enumerate() {
-        for (column, m) in m.iter().enumerate() {
-            let corner = (x + column * CELL, y + 28 + row * CELL);
-            let taps = found
-                .taps
-                .iter()
-                .find(|t| source == Source::Gradient && t.footprint == m.footprint && t.explains());
-            cell(canvas, corner, &m.transfer, taps.map_or(&[], |t| &t.taps));
-            if column == 0 {
-                let label = format!("ratio {}", m.footprint.ratio);
-                canvas.text((corner.0 + 3, corner.1 + 3), &label, 1, INK);
-            }
-            let label = format!("level {}", m.transfer.main_level());
-            canvas.text(
-                (corner.0 + 3, corner.1 + SHOWN * TEXEL - 10),
-                &label,
-                1,
-                INK,
-            );
-        }
-    }
-}
-
-/// The texels around the middle of the level that is read most.
-fn cell(canvas: &mut Canvas, (x, y): (usize, usize), transfer: &Transfer, taps: &[Tap]) {
-    let level = transfer.main_level();
-    let side = MAP >> level;
-    let most = transfer.levels[level].iter().fold(0.0f32, |a, b| a.max(*b));
-    canvas.frame((x, y), (SHOWN * TEXEL + 1, SHOWN * TEXEL + 1), FAINT);
-    for row in 0..SHOWN {
-        for column in 0..SHOWN {
-            let place = |c: usize| (c + side / 2).checked_sub(SHOWN / 2).filter(|c| *c < side);
-            let (Some(column_at), Some(row_at)) = (place(column), place(row)) else {
-                continue;
-            };
-            let weight = transfer.levels[level][row_at * side + column_at];
-            if weight > 0.0 {
-                let color = heat(f64::from(weight / most));
-                canvas.rect(
-                    (x + column * TEXEL + 1, y + row * TEXEL + 1),
-                    (TEXEL - 1, TEXEL - 1),
-                    color,
-                );
-            }
-        }
-    }
-    let middle = (SHOWN / 2) as f64 + 0.5;
-    for tap in taps {
-        let [tx, ty] = tap.offset.map(|o| (middle + o) * TEXEL as f64);
-        if tx >= 0.0 && ty >= 0.0 {
-            canvas.rect((x + to_index(tx), y + to_index(ty)), (2, 2), INK);
-        }
-    }
-}
-
-/// The faces of a cube around +z, unfolded, with the weights of the level that is read most.
-fn net(canvas: &mut Canvas, (x, y): (usize, usize), shown: &Shown) {
-    let level = shown.transfer.main_level();
-    let side = SMALL >> level;
-    let texel = CUBE_TEXEL << level;
-    let face_size = SMALL * CUBE_TEXEL;
-    let most = shown.transfer.levels[level]
-        .iter()
-        .fold(0.0f32, |a, b| a.max(*b));
-    // Columns −x, +z, +x, −z; +y above +z and −y below it.
-    let places = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)];
-    for (face, (column, row)) in places.into_iter().enumerate() {
-        let corner = (x + column * face_size, y + row * face_size);
-        for t in 0..side * side {
-            let weight = shown.transfer.levels[level][face * side * side + t];
-            if weight > 0.0 {
-                let at = (corner.0 + t % side * texel, corner.1 + t / side * texel);
-                canvas.rect(at, (texel, texel), heat(f64::from(weight / most)));
-            }
-        }
-        canvas.frame(corner, (face_size, face_size), IDEAL);
-    }
-    canvas.text((x, y), &format!("{}, level {level}", shown.title), 1, INK);
 }

@@ -14,6 +14,13 @@ pub enum Rounding {
     Floor,
     /// The nearest step, the upper one of two.
     Nearest,
+    /// The nearest step, the even one of two.
+    NearestEven,
+}
+
+impl Rounding {
+    /// Every rounding.
+    pub const ALL: [Self; 3] = [Self::Floor, Self::Nearest, Self::NearestEven];
 }
 
 /// A fraction's resolution.
@@ -38,11 +45,13 @@ impl Steps {
             Self::Smooth => fraction,
             Self::Bits { bits, rounding } => {
                 let one = f64::from(1u32 << bits.min(31));
-                let half = match rounding {
-                    Rounding::Floor => 0.0,
-                    Rounding::Nearest => 0.5,
+                let scaled = fraction * one;
+                let step = match rounding {
+                    Rounding::Floor => scaled.floor(),
+                    Rounding::Nearest => (scaled + 0.5).floor(),
+                    Rounding::NearestEven => scaled.round_ties_even(),
                 };
-                (fraction * one + half).floor() / one
+                step / one
             }
         }
     }
@@ -65,6 +74,7 @@ impl fmt::Display for Steps {
                 let how = match rounding {
                     Rounding::Floor => "rounded down",
                     Rounding::Nearest => "rounded to nearest",
+                    Rounding::NearestEven => "rounded to nearest, ties to even",
                 };
                 write!(f, "{} steps ({bits} bits), {how}", 1u32 << (*bits).min(31))
             }
@@ -110,29 +120,26 @@ pub fn fraction(k: usize) -> f64 {
 }
 
 /// Finds the rule behind the weights of a sweep: of all rules of up to 10 bits and of none at all, the one with the
-/// smallest mean distance.
+/// smallest mean distance. `colors` is how many steps a colour has, where it has few: rules are rounded to them before they
+/// are compared.
 ///
 /// Weights of b bits lie a quarter of a step from smooth ones on average, so b bits are told from none as long as the
 /// output's own rounding stays below 2^−b/4.
 #[must_use]
-pub fn staircase(weights: Vec<f64>) -> Staircase {
+pub fn staircase(weights: Vec<f64>, colors: Option<f64>) -> Staircase {
     let mut sorted = weights.clone();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
     let mut rules = vec![Steps::Smooth];
     for bits in 1..=MOST_BITS {
-        rules.push(Steps::Bits {
-            bits,
-            rounding: Rounding::Floor,
-        });
-        rules.push(Steps::Bits {
-            bits,
-            rounding: Rounding::Nearest,
-        });
+        for rounding in Rounding::ALL {
+            rules.push(Steps::Bits { bits, rounding });
+        }
     }
     let distances = |rule: Steps| {
         let points = weights.iter().enumerate();
-        points.map(move |(k, w)| (w - rule.weight(fraction(k))).abs())
+        let shown = move |w: f64| colors.map_or(w, |n| (w * n).round() / n);
+        points.map(move |(k, w)| (w - shown(rule.weight(fraction(k)))).abs())
     };
     let total = |rule: &Steps| distances(*rule).sum::<f64>();
     let steps = rules

@@ -1,18 +1,24 @@
-//! Probes of the anisotropic filter: where its bilinear taps lie, and which texels it reads with what weights.
+//! Probes of the anisotropic filter: where its bilinear taps lie, and how much each counts.
 //!
-//! Two measurements that know nothing of each other. **Hinge**: the texture max(0, x), bilinearly interpolated, has one
-//! kink, at x = 0. Swept under the hinge, each tap draws a kink where it crosses it; the second difference of the sweep is
-//! a comb with a tooth for each tap, as high as the tap's weight. A tooth between two points of the sweep is shared by both, so
-//! its place is finer than the sweep. The texture max(0, x)·y gives the other coordinate in the same way. **Transfer**: a texture
-//! that is 1 at one texel and 0 elsewhere returns this texel's weight; four at a time, one in each channel.
+//! The texture max(0, x), bilinearly interpolated, has one kink, at x = 0. Swept under this hinge, each tap draws a kink where
+//! it crosses it; the second difference of the sweep is a comb with a tooth for each tap, as high as the tap's weight. A tooth
+//! between two points of the sweep is shared by both, so its place is finer than the sweep. The texture max(0, x)·y gives the
+//! other coordinate in the same way. On cubes the hinge lies on face +z.
 
 use super::unit::{
-    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
+    Format, Image, Query, Shape, Source, State, TextureUnit, alone, finest, to_f32, to_index,
 };
+use crate::cube::direction;
 use crate::gpu::GpuError;
 
 /// Texels along an edge of the hinge.
-const HINGE: usize = 64;
+const HINGE: usize = 256;
+/// Levels of that texture.
+const LEVELS: usize = 9;
+/// The highest level whose middle is far enough from the edges for the sweep.
+const TOP: usize = 3;
+/// The face of a cube that has the hinge: +z.
+const FACE: usize = 4;
 /// Points of the sweep in a texel.
 const FINE: usize = 16;
 /// Texels that the sweep reaches to either side: half the longest line and two more.
@@ -32,6 +38,8 @@ pub struct Tap {
 /// A footprint that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
+    /// Kind of texture.
+    pub shape: Shape,
     /// Largest anisotropy.
     pub clamp: u16,
     /// Longer over shorter derivative; the shorter one is one texel.
@@ -95,19 +103,11 @@ impl Taps {
     }
 }
 
-/// The format with the finest results.
-fn finest(unit: &dyn TextureUnit) -> Format {
-    if unit.filters(Format::Float) {
-        Format::Float
-    } else {
-        Format::Half
-    }
-}
-
 /// Hinges along x and y in one level, the others empty: max(0, x), max(0, x)·y, max(0, y), max(0, y)·x.
-fn hinge(format: Format, in_level: usize) -> Image {
-    Image::new(Shape::Planar, format, HINGE, 7, |level, _, x, y| {
-        if level != in_level {
+fn hinge(shape: Shape, format: Format, in_level: usize) -> Image {
+    let on = if shape == Shape::Cube { FACE } else { 0 };
+    Image::new(shape, format, HINGE, LEVELS, |level, face, x, y| {
+        if level != in_level || face != on {
             return [0.0; 4];
         }
         let half = (HINGE >> level) as f32 / 2.0;
@@ -116,7 +116,16 @@ fn hinge(format: Format, in_level: usize) -> Image {
     })
 }
 
-/// Finds the taps of footprints by hinges.
+/// Points of a sweep.
+const POINTS: usize = 2 * REACH * FINE + 1;
+
+/// The axis along which a footprint is swept: the one that its line is nearer to.
+fn along(footprint: &Footprint) -> usize {
+    let [dx, _] = footprint.derivatives();
+    usize::from(dx[1].abs() > dx[0].abs())
+}
+
+/// Finds the taps of footprints by hinges, in the footprints' order.
 ///
 /// # Errors
 ///
@@ -126,49 +135,116 @@ pub fn taps(
     source: Source,
     footprints: &[Footprint],
 ) -> Result<Vec<Taps>, GpuError> {
-    let format = finest(unit);
-    let mut found = Vec::new();
-    for footprint in footprints {
-        let state = State::trilinear(footprint.clamp);
-        let centre = [(HINGE as f64 + 1.0) / 2.0; 2];
-        let numbered = super::levels::numbered(Shape::Planar, HINGE, 7);
-        let lod = alone(unit, &numbered, state, source, &[place(footprint, centre)])?[0][0];
-        let level = to_index(lod.round().into()).min(3);
-        // The level's own share of the colours.
-        let share = 1.0 - (f64::from(lod) - level as f64).abs();
-        let texel = libm::exp2(level as f64);
-        let [dx, _] = footprint.derivatives();
-        let along = usize::from(dx[1].abs() > dx[0].abs());
-        let count = 2 * REACH * FINE + 1;
-        let queries: Vec<Query> = (0..count)
-            .map(|s| {
-                let shift = (s as f64 / FINE as f64 - REACH as f64) * texel;
-                let mut at = [(HINGE as f64 + texel) / 2.0; 2];
-                at[along] += shift;
-                place(footprint, at)
-            })
+    let mut found: Vec<(usize, Taps)> = Vec::new();
+    for shape in [Shape::Planar, Shape::Cube] {
+        let asked: Vec<(usize, &Footprint)> = footprints
+            .iter()
+            .enumerate()
+            .filter(|(_, f)| f.shape == shape)
             .collect();
-        let seen = alone(unit, &hinge(format, level), state, source, &queries)?;
-        found.push(comb(*footprint, lod.into(), &seen, along, share));
+        if asked.is_empty() {
+            continue;
+        }
+        let lods = middle_lods(unit, shape, source, &asked)?;
+        for level in 0..=TOP {
+            let at_level =
+                |(_, lod): &(&(usize, &Footprint), f64)| to_index(lod.round()).min(TOP) == level;
+            let group: Vec<(&(usize, &Footprint), f64)> = asked
+                .iter()
+                .zip(lods.iter().copied())
+                .filter(at_level)
+                .collect();
+            sweep(unit, (shape, source, level), &group, &mut found)?;
+        }
     }
-    Ok(found)
+    found.sort_by_key(|(index, _)| *index);
+    Ok(found.into_iter().map(|(_, taps)| taps).collect())
 }
 
-/// A look-up with a footprint on a texture of `size` texels, at a place in texels.
+/// λ of each footprint.
+fn middle_lods(
+    unit: &mut dyn TextureUnit,
+    shape: Shape,
+    source: Source,
+    asked: &[(usize, &Footprint)],
+) -> Result<Vec<f64>, GpuError> {
+    let numbered = super::levels::numbered(shape, HINGE, LEVELS);
+    let middle = [(HINGE as f64 + 1.0) / 2.0; 2];
+    let mut lods = Vec::new();
+    for (_, footprint) in asked {
+        let state = State::trilinear(footprint.clamp);
+        let query = query_on(footprint, HINGE, middle);
+        lods.push(f64::from(
+            alone(unit, &numbered, state, source, &[query])?[0][0],
+        ));
+    }
+    Ok(lods)
+}
+
+/// Sweeps the footprints of a level, those of a clamp at once.
+fn sweep(
+    unit: &mut dyn TextureUnit,
+    (shape, source, level): (Shape, Source, usize),
+    group: &[(&(usize, &Footprint), f64)],
+    found: &mut Vec<(usize, Taps)>,
+) -> Result<(), GpuError> {
+    if group.is_empty() {
+        return Ok(());
+    }
+    let image = hinge(shape, finest(unit), level);
+    let texel = libm::exp2(level as f64);
+    for clamp in super::aniso::CLAMPS {
+        let of_clamp: Vec<_> = group
+            .iter()
+            .filter(|((_, f), _)| f.clamp == clamp)
+            .collect();
+        let mut queries = Vec::new();
+        for ((_, footprint), _) in &of_clamp {
+            for s in 0..POINTS {
+                let mut at = [(HINGE as f64 + texel) / 2.0; 2];
+                at[along(footprint)] += (s as f64 / FINE as f64 - REACH as f64) * texel;
+                queries.push(query_on(footprint, HINGE, at));
+            }
+        }
+        if queries.is_empty() {
+            continue;
+        }
+        let seen = alone(unit, &image, State::trilinear(clamp), source, &queries)?;
+        for (((index, footprint), lod), seen) in of_clamp.iter().zip(seen.chunks(POINTS)) {
+            // The level's own share of the colours.
+            let share = (1.0 - (lod - level as f64).abs()).max(f64::MIN_POSITIVE);
+            found.push((
+                *index,
+                comb(**footprint, *lod, seen, along(footprint), share),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A look-up with a footprint on a texture of `size` texels, at a place in texels; on cubes on face +z.
 #[must_use]
 pub fn query_on(footprint: &Footprint, size: usize, at: [f64; 2]) -> Query {
-    let scale = |v: [f64; 2]| [0, 1, 2].map(|i| v.get(i).map_or(0.0, |c| to_f32(c / size as f64)));
-    let [dx, dy] = footprint.derivatives();
+    let share = |v: [f64; 2]| v.map(|c| c / size as f64);
+    let vector = |[x, y]: [f64; 2]| [x, y, 0.0].map(to_f32);
+    let [dx, dy] = footprint.derivatives().map(share);
+    let at = share(at);
+    if footprint.shape == Shape::Planar {
+        return Query {
+            at: vector(at),
+            dx: vector(dx),
+            dy: vector(dy),
+            lod: 0.0,
+        };
+    }
+    // In the face's plane s grows along +x and t along −y; the face is 2 wide.
+    let on_face = |[s, t]: [f64; 2]| vector([2.0 * s, -2.0 * t]);
     Query {
-        at: scale(at),
-        dx: scale(dx),
-        dy: scale(dy),
+        at: direction(FACE, 2.0 * at[0] - 1.0, 2.0 * at[1] - 1.0).map(to_f32),
+        dx: on_face(dx),
+        dy: on_face(dy),
         lod: 0.0,
     }
-}
-
-fn place(footprint: &Footprint, at: [f64; 2]) -> Query {
-    query_on(footprint, HINGE, at)
 }
 
 /// Teeth of a sweep: each run of neighbouring points with weight is one tap.
@@ -204,94 +280,4 @@ fn comb(footprint: Footprint, lod: f64, seen: &[[f32; 4]], along: usize, share: 
         taps,
         negative,
     }
-}
-
-/// Every texel that a look-up reads, with its weight.
-#[derive(Clone, Debug)]
-pub struct Transfer {
-    /// Texels along an edge of level 0.
-    pub size: usize,
-    /// Weights of each level, laid out like an [`Image`]'s texels.
-    pub levels: Vec<Vec<f32>>,
-}
-
-impl Transfer {
-    /// Sum of a level's weights.
-    #[must_use]
-    pub fn level(&self, level: usize) -> f64 {
-        self.levels[level].iter().map(|w| f64::from(*w)).sum()
-    }
-
-    /// The level with the largest weight.
-    #[must_use]
-    pub fn main_level(&self) -> usize {
-        (0..self.levels.len())
-            .max_by(|a, b| self.level(*a).total_cmp(&self.level(*b)))
-            .unwrap_or(0)
-    }
-
-    /// Texels with weight.
-    #[must_use]
-    pub fn texels(&self) -> usize {
-        self.levels.iter().flatten().filter(|w| **w != 0.0).count()
-    }
-
-    /// Centroid of a planar level's weights, relative to a place in texels, and the lengths of boxes with the same variance along
-    /// a direction and across it.
-    #[must_use]
-    pub fn moments(&self, level: usize, at: [f64; 2], axis: [f64; 2]) -> ([f64; 2], [f64; 2]) {
-        let side = (self.size >> level).max(1);
-        let points = || {
-            self.levels[level].iter().enumerate().map(|(i, w)| {
-                let place = [i % side, i / side].map(|c| c as f64 + 0.5);
-                (f64::from(*w), [place[0] - at[0], place[1] - at[1]])
-            })
-        };
-        let total = points().map(|(w, _)| w).sum::<f64>().max(f64::MIN_POSITIVE);
-        let mean = [0, 1].map(|i| points().map(|(w, p)| w * p[i]).sum::<f64>() / total);
-        let spread = [axis, [-axis[1], axis[0]]].map(|axis| {
-            let off = |p: [f64; 2]| (p[0] - mean[0]) * axis[0] + (p[1] - mean[1]) * axis[1];
-            let variance = points().map(|(w, p)| w * off(p) * off(p)).sum::<f64>() / total;
-            libm::sqrt(12.0 * variance)
-        });
-        (mean, spread)
-    }
-}
-
-/// Measures the transfer of look-ups on a texture of `size` with `levels` levels.
-///
-/// # Errors
-///
-/// What the device reports.
-pub fn transfer(
-    unit: &mut dyn TextureUnit,
-    (shape, size, levels): (Shape, usize, usize),
-    state: State,
-    source: Source,
-    queries: &[Query],
-) -> Result<Vec<Transfer>, GpuError> {
-    let format = finest(unit);
-    let count = |level: usize| shape.faces() * (size >> level).max(1).pow(2);
-    let empty = Transfer {
-        size,
-        levels: (0..levels).map(|l| vec![0.0; count(l)]).collect(),
-    };
-    let mut found = vec![empty; queries.len()];
-    let mut image = Image::new(shape, format, size, levels, |_, _, _, _| [0.0; 4]);
-    for level in 0..levels {
-        for first in (0..count(level)).step_by(4) {
-            let four = first..(first + 4).min(count(level));
-            for (channel, texel) in four.clone().enumerate() {
-                image.levels[level][texel][channel] = 1.0;
-            }
-            let seen = alone(unit, &image, state, source, queries)?;
-            for (transfer, color) in found.iter_mut().zip(seen) {
-                for (channel, texel) in four.clone().enumerate() {
-                    transfer.levels[level][texel] = color[channel];
-                }
-            }
-            image.levels[level][four].fill([0.0; 4]);
-        }
-    }
-    Ok(found)
 }

@@ -68,7 +68,11 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, Gp
         .map(|c| at(c, c))
         .collect();
     let seen = unit.sample(&cross, linear, Source::Level, &sweep)?;
-    let axes = [0, 1].map(|axis| staircase(seen.iter().map(|c| f64::from(c[axis])).collect()));
+    let colors = (format == Format::Unorm8).then_some(255.0);
+    let axes = [0, 1].map(|axis| {
+        let weights = seen.iter().map(|c| f64::from(c[axis]));
+        staircase(weights.collect(), colors)
+    });
 
     let fine = if axes[0].steps.size() > 1.0 / f64::from(SWEEP) {
         None
@@ -78,7 +82,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, Gp
             .map(|c| at(c, c))
             .collect();
         let seen = unit.sample(&cross, linear, Source::Level, &queries)?;
-        Some(staircase(seen.iter().map(|c| f64::from(c[0])).collect()).distinct)
+        Some(staircase(seen.iter().map(|c| f64::from(c[0])).collect(), None).distinct)
     };
 
     // Each texel of a 2 x 2 block has a channel of its own: one look-up returns its four weights.

@@ -174,6 +174,16 @@ pub trait TextureUnit {
     fn is_anisotropic(&self) -> bool;
 }
 
+/// The format with the finest results.
+#[must_use]
+pub fn finest(unit: &dyn TextureUnit) -> Format {
+    if unit.filters(Format::Float) {
+        Format::Float
+    } else {
+        Format::Half
+    }
+}
+
 /// As [`TextureUnit::sample`], each given gradient in four neighbouring invocations: a device that takes differences between
 /// neighbours in its place sees none, and what it returns does not depend on the other queries.
 ///

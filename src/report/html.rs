@@ -32,6 +32,7 @@ pub fn page(run: &Value, images: &[(String, Vec<u8>)]) -> String {
     out += &pictures(run, images);
     out += &section("Engines", &engines(run));
     out += &section("Registers, rtl against f64", &registers(run));
+    out += &section("Stages, gpu against f64", &stages(run));
     out += &section("Flags", &flags(run));
     out += &section("Skipped engines", &skipped(run));
     out += &unit(run);
@@ -153,6 +154,32 @@ fn registers(run: &Value) -> String {
             number(&row["mean_lsb"], 1.0),
             plain(pixel.join(",")),
         ]
+    });
+    table(&columns, rows, true)
+}
+
+/// The registers of a device's stages, each stage at the reference's operands.
+fn stages(run: &Value) -> String {
+    let columns = [
+        ("stage", false),
+        ("register", false),
+        ("compared", true),
+        ("worst (of tolerance)", true),
+        ("undecided", true),
+        ("no bound", true),
+        ("unexplained", true),
+    ];
+    let rows = list(&run["stages"]["registers"]).iter().map(|row| {
+        let mut cells = vec![plain(text(&row["stage"])), plain(text(&row["register"]))];
+        let keys = [
+            "compared",
+            "worst_share",
+            "undecided",
+            "unbounded",
+            "unexplained",
+        ];
+        cells.extend(keys.map(|key| number(&row[key], 1.0)));
+        cells
     });
     table(&columns, rows, true)
 }

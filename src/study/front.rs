@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use super::store::Results;
+
 /// A figure of a row; nothing where it has none. No difference at all counts as the best there is.
 #[must_use]
 pub fn figure(row: &Value, name: &str) -> Option<f64> {
@@ -14,17 +16,33 @@ pub fn figure(row: &Value, name: &str) -> Option<f64> {
     }
 }
 
-/// The error that a frontier is drawn over: the first of these that rows have.
-pub const ERRORS: [&str; 3] = ["truth_psnr_db", "psnr_db", "ewa_psnr_db"];
+/// The figure that a frontier is drawn over where a study names none: the first of these that rows have.
+const USUAL: [&str; 3] = ["truth_psnr_db", "psnr_db", "ewa_psnr_db"];
 
-/// What a row is judged by: minus the PSNR, gates, cycles; smaller is better.
-fn scores(row: &Value) -> Option<[f64; 3]> {
-    let error = ERRORS.iter().find_map(|name| figure(row, name))?;
-    let cost = figure(row, "gates").unwrap_or(0.0);
+/// The figure of error that a study's units are judged by.
+#[must_use]
+pub fn error_figure(results: &Results) -> String {
+    if let Some(named) = results.header.get("error").and_then(Value::as_str) {
+        return named.into();
+    }
+    let has = |name: &&&str| results.rows.iter().any(|row| figure(row, name).is_some());
+    USUAL.iter().find(has).unwrap_or(&USUAL[1]).to_string()
+}
+
+/// Whether a larger value of a figure is the better one.
+#[must_use]
+pub fn larger_is_better(name: &str) -> bool {
+    name.ends_with("psnr_db") || ["converged_share", "cache_hit_share"].contains(&name)
+}
+
+/// What a row is judged by: error, gates, cycles; smaller is better.
+fn scores(row: &Value, error: &str) -> Option<[f64; 3]> {
+    let sign = if larger_is_better(error) { -1.0 } else { 1.0 };
+    let cost = |name| figure(row, name).unwrap_or(0.0);
     Some([
-        -error,
-        cost,
-        figure(row, "cycles_per_fragment").unwrap_or(0.0),
+        sign * figure(row, error)?,
+        cost("gates"),
+        cost("cycles_per_fragment"),
     ])
 }
 
@@ -37,10 +55,10 @@ fn place(row: &Value) -> String {
 /// Which rows are on the frontier of their place: none other is at least as good in error, gates and cycles and
 /// better in one of them.
 #[must_use]
-pub fn front(rows: &[Value]) -> Vec<bool> {
+pub fn front(rows: &[Value], error: &str) -> Vec<bool> {
     let judged: Vec<Option<(String, [f64; 3])>> = rows
         .iter()
-        .map(|row| Some((place(row), scores(row)?)))
+        .map(|row| Some((place(row), scores(row, error)?)))
         .collect();
     let beaten = |(here, a): &(String, [f64; 3])| {
         judged
@@ -74,6 +92,9 @@ mod tests {
             row("a", Value::Null, 99),
             json!({"scene": "a", "refused": "too wide"}),
         ];
-        assert_eq!(front(&rows), [true, false, true, true, true, false]);
+        assert_eq!(
+            front(&rows, "psnr_db"),
+            [true, false, true, true, true, false]
+        );
     }
 }

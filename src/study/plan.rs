@@ -88,6 +88,8 @@ pub struct Plan {
     pub seed: u64,
     /// The axes, in the order of the file.
     pub axes: Vec<Axis>,
+    /// The figure that units are judged by; PSNR against truth, else f64, if not given.
+    pub error: Option<String>,
     /// Columns to keep; all if empty.
     pub metrics: Vec<String>,
     /// Hash of the file's text and of the unit: results of one study have the same.
@@ -174,7 +176,8 @@ impl Plan {
             count: count.unwrap_or(0),
             seed: u64::try_from(seed).unwrap_or(0),
             axes,
-            metrics: metrics(&r, root)?,
+            error: figures(&r, root, "error")?.pop(),
+            metrics: figures(&r, root, "metrics")?,
             hash: hash_text(text_hash(&format!("{}\n{text}", unit.hash()))),
             unit,
         };
@@ -203,6 +206,7 @@ const KEYS: &[&str] = &[
     "count",
     "seed",
     "metrics",
+    "error",
     "axis",
 ];
 
@@ -344,12 +348,13 @@ fn against(r: &Reader<'_>, root: &DeTable<'_>) -> Result<Vec<Rung>, InputError> 
     Ok(out)
 }
 
-fn metrics(r: &Reader<'_>, root: &DeTable<'_>) -> Result<Vec<String>, InputError> {
+/// Names of figures.
+fn figures(r: &Reader<'_>, root: &DeTable<'_>, key: &str) -> Result<Vec<String>, InputError> {
     let mut out = Vec::new();
-    for (name, offset) in r.texts(root, "metrics")? {
+    for (name, offset) in r.texts(root, key)? {
         if !super::measures::is_column(&name) {
             let expected = format!("one of {}", super::measures::names().join(", "));
-            return Err(r.at(offset, "metrics", expected, format!("`{name}`")));
+            return Err(r.at(offset, key, expected, format!("`{name}`")));
         }
         out.push(name);
     }

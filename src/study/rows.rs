@@ -44,6 +44,7 @@ pub fn header(plan: &Plan, points: usize, cost: &str) -> Value {
         "mode": plan.mode.name(),
         "rows": points * plan.places.len(),
         "axes": axes,
+        "error": plan.error,
         "columns": columns,
     })
 }

@@ -512,13 +512,10 @@ fn extreme_numbers_that_are_not_finite_or_beyond_f32_are_reported() {
             .expect("the device stays");
         let names: Vec<Vec<&str>> = results.iter().map(|r| flag_names(r.flags)).collect();
         assert_eq!(names[0], ["reflect.non_finite"]);
-        assert!(
-            names[1].contains(&"reflect.non_finite") && names[1].contains(&"gpu.overflow"),
-            "{names:?}"
-        );
+        assert_eq!(names[1], ["reflect.non_finite"]);
         assert!(names[2].contains(&"gpu.input.saturated"), "{names:?}");
         assert!(names[3].contains(&"gpu.input.underflow"), "{names:?}");
-        assert_eq!(reports.beyond_f32, Some((3, [1, 0])));
+        assert_eq!(reports.beyond_f32, Some((2, [2, 0])));
         assert!(
             results
                 .iter()

@@ -21,8 +21,8 @@ fn compare(arguments: &[&str]) -> (Value, String) {
 }
 
 /// Single precision leaves 60 dB at the very least; a wrong line of a shader does not.
-fn check(scene: &str) {
-    let (found, _) = compare(&[scene, "--size", "40x40"]);
+fn check(scene: &str, more: &[&str]) {
+    let (found, _) = compare(&[&[scene, "--size", "40x40"], more].concat());
     let pair = &found["pairs"][0];
     assert_eq!(
         (pair["a"].as_str(), pair["b"].as_str()),
@@ -65,7 +65,23 @@ fn every_scene_agrees_with_the_float_reference_and_has_no_unexplained_register()
             "vases",
             "vases-lined",
         ] {
-            check(scene);
+            check(scene, &[]);
+        }
+    });
+}
+
+/// Policies that only a scene can show: the cones of a path, and the axis of the angle table.
+#[test]
+fn cones_along_paths_wraps_and_the_table_s_axis_follow_their_policies() {
+    on_gpu(|_: &Gpu| {
+        for (scene, policy) in [
+            ("thin-lens", ["--set", "cone.count=1"]),
+            ("vases", ["--set", "cone.metric=distance"]),
+            ("vases-lined", ["--unit", "preset:otk"]),
+            ("convex", ["--set", "address.wrap_s=mirror"]),
+            ("scratches", ["--reference-axis", "table"]),
+        ] {
+            check(scene, &policy);
         }
     });
 }

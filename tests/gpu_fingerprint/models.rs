@@ -8,12 +8,12 @@ use tapline::fingerprint::steps::{Rounding, Steps};
 use tapline::fingerprint::unit::{Shape, Source};
 
 /// Steps of some bits.
-pub fn bits(bits: u32, rounding: Rounding) -> Steps {
+pub(crate) fn bits(bits: u32, rounding: Rounding) -> Steps {
     Steps::Bits { bits, rounding }
 }
 
 /// The same rules for given derivatives and for those of quads, at every clamp above 1.
-pub fn rules(shape: Shape, lod: LodRule, line: Line) -> Vec<Rule> {
+pub(crate) fn rules(shape: Shape, lod: LodRule, line: Line) -> Vec<Rule> {
     let mut rules = Vec::new();
     for clamp in CLAMPS.into_iter().filter(|c| *c > 1) {
         for source in [Source::Gradient, Source::Quad] {
@@ -37,7 +37,7 @@ fn rounded(log: Log, bits: i32) -> Vec<f64> {
 }
 
 /// What a GPU after D3D's rules would do: 8 bits everywhere, taps of equal parts.
-pub fn orthodox() -> Model {
+pub(crate) fn orthodox() -> Model {
     let lod = LodRule {
         width: Width::PerTap(Count::Ceil),
         lengths: Lengths::Derivatives,
@@ -59,7 +59,7 @@ pub fn orthodox() -> Model {
 }
 
 /// Something that no driver does: few bits, cheap lengths, no anisotropy on cubes, faces that know no neighbours.
-pub fn odd() -> Model {
+pub(crate) fn odd() -> Model {
     let lod = LodRule {
         width: Width::Clamped,
         lengths: Lengths::Ellipse,

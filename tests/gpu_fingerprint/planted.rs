@@ -1,26 +1,28 @@
 //! The analysis finds the rules that a model was given. No GPU is needed.
 
-use tapline::fingerprint::aniso::{CLAMPS, Count};
+use tapline::fingerprint::aniso::{CLAMPS, Count, Lengths, LodRule, Mix, Width};
+use tapline::fingerprint::check::lines;
 use tapline::fingerprint::cube::{self, ties};
 use tapline::fingerprint::levels::{Log, curve, mip_weights, rho};
-use tapline::fingerprint::model::{Corner, Line, Model, Seam, Spacing};
+use tapline::fingerprint::model::{Corner, Line, Model, Rule, Seam, Spacing};
 use tapline::fingerprint::rho::{PLANAR_RULES, PROJECTIONS};
 use tapline::fingerprint::steps::{Rounding, Staircase, Steps, grid_bits, staircase};
 use tapline::fingerprint::taps::{Footprint, taps};
 use tapline::fingerprint::texels::{coordinates, weights};
-use tapline::fingerprint::unit::{Format, Shape, Source};
+use tapline::fingerprint::unit::{Format, Shape, Source, to_index};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
 
-use crate::models::{bits, odd, orthodox};
+use crate::models::{bits, odd, orthodox, rules};
 
 fn sweep(weight: impl Fn(f64) -> f64) -> Staircase {
-    staircase((0..=4096).map(|k| weight(f64::from(k) / 4096.0)).collect())
+    let weights = (0..=4096).map(|k| weight(f64::from(k) / 4096.0));
+    staircase(weights.collect(), None)
 }
 
 #[test]
 fn every_staircase_of_up_to_ten_bits_is_recognised_and_smooth_weights_are_none() {
     for width in 1..=10 {
-        for rounding in [Rounding::Floor, Rounding::Nearest] {
+        for rounding in Rounding::ALL {
             let rule = bits(width, rounding);
             let found = sweep(|f| rule.weight(f));
             assert_eq!(found.steps, rule);
@@ -127,9 +129,18 @@ fn taps_are_found_at_every_angle_where_they_are() {
     let mut model = orthodox();
     model.texels = Steps::Smooth;
     let mut asked = Vec::new();
-    for degrees in [0.0, 15.0, 45.0, 60.0, 90.0, 120.0, 165.0] {
+    for (shape, degrees) in [
+        (Shape::Planar, 0.0),
+        (Shape::Planar, 15.0),
+        (Shape::Cube, 45.0),
+        (Shape::Planar, 60.0),
+        (Shape::Cube, 90.0),
+        (Shape::Planar, 120.0),
+        (Shape::Cube, 165.0),
+    ] {
         for ratio in [1.0, 2.0, 3.5, 8.0, 16.0] {
             asked.push(Footprint {
+                shape,
                 clamp: 16,
                 ratio,
                 degrees,
@@ -137,10 +148,11 @@ fn taps_are_found_at_every_angle_where_they_are() {
         }
     }
     let found = taps(&mut model, Source::Gradient, &asked).expect("a model does not fail");
+    assert_eq!(found.iter().map(|t| t.footprint).collect::<Vec<_>>(), asked);
     for t in found {
         let Footprint { ratio, degrees, .. } = t.footprint;
         let count = Count::Ceil.of(ratio, 16);
-        let n = count as usize;
+        let n = to_index(count);
         assert!(t.explains(), "{:?}", t.footprint);
         assert_eq!(t.taps.len(), n, "{:?}", t.footprint);
         let texel = libm_exp2(t.lod.round());
@@ -151,7 +163,7 @@ fn taps_are_found_at_every_angle_where_they_are() {
             let want = [along * cos, along * sin];
             let off = (tap.offset[0] - want[0]).hypot(tap.offset[1] - want[1]);
             let turned = (tap.offset[0] + want[0]).hypot(tap.offset[1] + want[1]);
-            // f32 coordinates on 64 texels: 2^-18 texel; colours to 2^-24 of 160, times 16 steps a texel and 16 taps.
+            // f32 coordinates on 256 texels: 2^-16 texel, which is less; colours to 2^-24 of 160, times 16 steps a texel and 16 taps.
             let tolerance = 160.0 * 16.0 * 16.0 * 2.0f64.powi(-24);
             assert!(
                 off.min(turned) < tolerance,
@@ -237,6 +249,35 @@ fn an_odd_unit_is_found_with_every_rule_and_predicts_itself() {
 }
 
 #[test]
+fn an_ellipse_is_told_from_taps_and_its_seams_from_each_other() {
+    let lod = LodRule {
+        width: Width::Minor,
+        lengths: Lengths::Derivatives,
+        mix: Mix::Floor,
+    };
+    for (shape, seam) in [
+        (Shape::Planar, Seam::Clamped),
+        (Shape::Cube, Seam::Clamped),
+        (Shape::Cube, Seam::Neighbour),
+    ] {
+        let mut unit = orthodox();
+        unit.rules = rules(shape, lod, Line::Ellipse(seam));
+        let rule = Rule {
+            line: Line::Single,
+            ..unit.rules[0]
+        };
+        let claims = unit.clone();
+        let lines = lines(&mut unit, &claims, rule).expect("a model does not fail");
+        assert_eq!(lines[0].rule, Line::Ellipse(seam));
+        assert!(
+            lines[0].worst < 1e-6 && lines[1].mean > 1e-3,
+            "{:?}",
+            &lines[..2]
+        );
+    }
+}
+
+#[test]
 fn fails_when_the_model_has_another_rule_than_the_unit() {
     let mut unit = orthodox();
     let mut claims = orthodox();
@@ -254,7 +295,7 @@ fn coordinates_edges_ties_and_level_weights_of_a_model_are_its_own() {
     let mut model = orthodox();
     let found = coordinates(&mut model).expect("a model does not fail");
     assert!(found.nearest_switch.abs() < 1e-5 && found.clamps);
-    assert_eq!(found.edge, [1.0, 1.0]);
+    assert!(found.edge.iter().all(|w| (w - 1.0).abs() < 1e-6));
     let found = ties(&mut model).expect("a model does not fail");
     assert_eq!((found.expected, found.seen.len()), (20, 20));
     assert_eq!(

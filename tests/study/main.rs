@@ -10,5 +10,7 @@ mod cost;
 #[path = "../knob_support/mod.rs"]
 mod knob_support;
 mod plan;
+mod report;
 mod results;
 mod reuse;
+mod size;

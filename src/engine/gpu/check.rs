@@ -9,6 +9,7 @@ mod behind;
 mod env;
 mod hit;
 mod hit_stage;
+mod probes;
 mod tex;
 
 use env::{Rotation, rotation};
@@ -114,6 +115,8 @@ pub struct Difference {
     pub f64: Vec<f64>,
     /// How far they may be apart.
     pub tolerance: Vec<f64>,
+    /// The integer model's register of that pixel behind its own stages, where it took part and has one of that name.
+    pub rtl: Option<Vec<f64>>,
 }
 
 /// What the checks of a scene found.
@@ -132,6 +135,49 @@ impl StageChecks {
     #[must_use]
     pub fn fails(&self) -> bool {
         self.first.is_some()
+    }
+
+    fn judge(&mut self, stage: Stage, registers: &[Register], case: &Case, results: &[u32]) {
+        let mut at = 0;
+        for register in registers {
+            let range = at..at + register.words;
+            at = range.end;
+            let Some(expected) = case.expected.get(range.clone()) else {
+                continue;
+            };
+            let shown = |word: &u32| {
+                if register.whole {
+                    f64::from(*word)
+                } else {
+                    number(*word)
+                }
+            };
+            let values: Vec<f64> = results[range].iter().map(shown).collect();
+            let row = self.row(stage, register.name);
+            let before = row.unexplained;
+            for (gpu, (value, tolerance)) in values
+                .iter()
+                .zip(expected)
+                .filter_map(|(v, e)| e.map(|e| (*v, e)))
+            {
+                row.add(gpu, value, tolerance, case.undecided);
+            }
+            if row.unexplained > before && self.first.is_none() {
+                let of = |pick: fn((f64, f64)) -> f64| {
+                    expected.iter().map(|e| e.map_or(f64::NAN, pick)).collect()
+                };
+                self.first = Some(Difference {
+                    stage,
+                    register: register.name,
+                    pixel: case.pixel,
+                    operands: case.operands.clone(),
+                    gpu: values,
+                    f64: of(|e| e.0),
+                    tolerance: of(|e| e.1),
+                    rtl: None,
+                });
+            }
+        }
     }
 
     fn row(&mut self, stage: Stage, register: &'static str) -> &mut Row {
@@ -303,51 +349,9 @@ impl<'a> Checker<'a> {
         };
         for (case, results) in cases.iter_mut().zip(results.chunks_exact(words.output)) {
             from_results(case, results);
-            self.judge(stage, station.registers, case, results);
+            self.found.judge(stage, station.registers, case, results);
         }
         Ok(())
-    }
-
-    fn judge(&mut self, stage: Stage, registers: &[Register], case: &Case, results: &[u32]) {
-        let mut at = 0;
-        for register in registers {
-            let range = at..at + register.words;
-            at = range.end;
-            let Some(expected) = case.expected.get(range.clone()) else {
-                continue;
-            };
-            let shown = |word: &u32| {
-                if register.whole {
-                    f64::from(*word)
-                } else {
-                    number(*word)
-                }
-            };
-            let values: Vec<f64> = results[range].iter().map(shown).collect();
-            let row = self.found.row(stage, register.name);
-            let before = row.unexplained;
-            for (gpu, (value, tolerance)) in values
-                .iter()
-                .zip(expected)
-                .filter_map(|(v, e)| e.map(|e| (*v, e)))
-            {
-                row.add(gpu, value, tolerance, case.undecided);
-            }
-            if row.unexplained > before && self.found.first.is_none() {
-                let of = |pick: fn((f64, f64)) -> f64| {
-                    expected.iter().map(|e| e.map_or(f64::NAN, pick)).collect()
-                };
-                self.found.first = Some(Difference {
-                    stage,
-                    register: register.name,
-                    pixel: case.pixel,
-                    operands: case.operands.clone(),
-                    gpu: values,
-                    f64: of(|e| e.0),
-                    tolerance: of(|e| e.1),
-                });
-            }
-        }
     }
 }
 
@@ -383,4 +387,61 @@ fn recorded<T>(work: impl FnOnce(&mut Recorder, &mut Flags) -> T) -> (T, Recorde
     let undecided = Bounded::undecided() > 0;
     recorder.flags(flags);
     (out, recorder, undecided)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REGISTERS: &[Register] = &[float("k", 2), whole("probes")];
+
+    fn case(undecided: bool) -> Case {
+        Case {
+            pixel: [7, 9],
+            operands: vec![1, 2],
+            expected: vec![Some((1.0, 1e-6)), None, Some((4.0, 0.0))],
+            undecided,
+        }
+    }
+
+    fn words(k: f32, probes: u32) -> [u32; 3] {
+        [k.to_bits(), 0, probes]
+    }
+
+    #[test]
+    fn a_register_beyond_its_tolerance_is_located_with_all_its_values() {
+        let mut found = StageChecks::default();
+        let stage = Stage::Covariance;
+        found.judge(stage, REGISTERS, &case(false), &words(1.0, 4));
+        assert!(!found.fails());
+        found.judge(stage, REGISTERS, &case(false), &words(1.0001, 4));
+        found.judge(stage, REGISTERS, &case(false), &words(1.0, 5));
+        let first = found.first.as_ref().expect("two differences");
+        assert_eq!((first.register, first.pixel), ("k", [7, 9]));
+        assert_eq!(
+            (first.f64[0], first.operands.as_slice()),
+            (1.0, &[1, 2][..])
+        );
+        let unexplained: Vec<u64> = found.rows.iter().map(|r| r.unexplained).collect();
+        assert_eq!(unexplained, [1, 1]);
+        assert_eq!(
+            found.rows[0].compared, 3,
+            "what is not expected is not compared"
+        );
+    }
+
+    #[test]
+    fn only_a_comparison_in_doubt_explains_a_difference() {
+        let mut found = StageChecks::default();
+        found.judge(Stage::Footprint, REGISTERS, &case(true), &words(1.5, 5));
+        assert!(!found.fails());
+        assert!(found.rows.iter().all(|r| r.undecided == 1));
+        found.judge(
+            Stage::Footprint,
+            REGISTERS,
+            &case(false),
+            &words(f32::NAN, 4),
+        );
+        assert!(found.fails(), "NaN is within no tolerance");
+    }
 }

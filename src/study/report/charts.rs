@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::svg::{Scale, Svg, tick};
 use super::{setting, shown, text};
-use crate::study::front::{ERRORS, figure};
+use crate::study::front::{figure, larger_is_better};
 use crate::study::store::Results;
 
 /// A chart.
@@ -45,7 +45,7 @@ fn place(row: &Value) -> String {
 }
 
 /// Every chart, picture by picture.
-pub(super) fn all(results: &Results, on_front: &[bool]) -> Vec<Chart> {
+pub(super) fn all(results: &Results, on_front: &[bool], error: &str) -> Vec<Chart> {
     let mut places: Vec<String> = Vec::new();
     for row in &results.rows {
         let here = place(row);
@@ -68,12 +68,9 @@ pub(super) fn all(results: &Results, on_front: &[bool]) -> Vec<Chart> {
             .filter(|(r, _)| place(r) == *here)
             .map(|(r, on)| (r, *on))
             .collect();
-        let Some(error) = ERRORS
-            .iter()
-            .find(|name| rows.iter().any(|(r, _)| figure(r, name).is_some()))
-        else {
+        if rows.iter().all(|(r, _)| figure(r, error).is_none()) {
             continue;
-        };
+        }
         out.extend(frontier(here, number, &rows, error));
         for axis in &axes {
             out.extend(effect(here, number, &rows, axis, error));
@@ -89,7 +86,12 @@ fn label(name: &str) -> &'static str {
         "ewa_psnr_db" => "PSNR against the elliptical Gaussian (dB)",
         "psnr_db" => "PSNR against f64 (dB)",
         "gates" => "gate equivalents (thousands)",
-        _ => "cycles per fragment",
+        "cycles_per_fragment" => "cycles per fragment",
+        "direction_p95_deg" => "95th percentile of the direction's error (degrees)",
+        "direction_median_deg" => "median of the direction's error (degrees)",
+        "max_lsb8" => "largest difference from f64 (8-bit steps)",
+        "share_over_1_lsb8" => "share of fragments beyond one 8-bit step",
+        _ => "error",
     }
 }
 
@@ -98,11 +100,11 @@ fn frame(svg: &mut Svg, x: &Scale, y: &Scale, names: [&str; 2], title: &str) {
     let (right, base) = (WIDTH - 14.0, HEIGHT - BOTTOM);
     for t in y.ticks() {
         svg.line([LEFT, y.at(t)], [right, y.at(t)], "g");
-        svg.text([LEFT - 6.0, y.at(t) + 4.0], "s e", &tick(t));
+        svg.text([LEFT - 6.0, y.at(t) + 4.0], "s e", &y.label(t));
     }
     for t in x.ticks() {
         svg.line([x.at(t), 30.0], [x.at(t), base], "g");
-        svg.text([x.at(t), base + 16.0], "s m", &tick(t));
+        svg.text([x.at(t), base + 16.0], "s m", &x.label(t));
     }
     svg.line([LEFT, base], [right, base], "a");
     svg.line([LEFT, 30.0], [LEFT, base], "a");
@@ -162,15 +164,16 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
         .map(|(p, ..)| *p)
         .collect();
     steps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut best = f64::NEG_INFINITY;
+    let mut best: Option<f64> = None;
     let mut line = Vec::new();
     for [at, worth] in steps {
-        if worth > best {
-            if best.is_finite() {
-                line.push([x.at(at), y.at(value(best))]);
+        let better = |before: f64| (worth > before) == larger_is_better(error);
+        if best.is_none_or(|before| before.to_bits() != worth.to_bits() && better(before)) {
+            if let Some(before) = best {
+                line.push([x.at(at), y.at(value(before))]);
             }
             line.push([x.at(at), y.at(value(worth))]);
-            best = worth;
+            best = Some(worth);
         }
     }
     svg.polyline(&line, "l");
@@ -196,7 +199,14 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
         place: here.into(),
         file: format!("frontier-{number}.svg"),
         svg: svg.finish(&format!("frontier of {here}")),
-        caption: "Each dot is a unit. Orange: on the frontier. The line joins what a given cost buys at best; up and to the left is better.".into(),
+        caption: format!(
+            "Each dot is a unit. Orange: on the frontier. The line joins what a given cost buys at best; {} and to the left is better.",
+            if larger_is_better(error) {
+                "up"
+            } else {
+                "down"
+            }
+        ),
     })
 }
 

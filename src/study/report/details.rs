@@ -10,7 +10,6 @@ use super::svg::Svg;
 use super::{setting, text};
 use crate::engine::Rung;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
-use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::tex_subject::TexEngine;
 use crate::error::InputError;
@@ -23,8 +22,9 @@ use crate::report::metrics;
 use crate::report::table::significant;
 use crate::settings::Settings;
 use crate::srgb::{srgb_decode, srgb_encode};
+use crate::stage::Stage;
 use crate::study::bench::{Bench, Measuring, Scene};
-use crate::unit::UnitSpec;
+use crate::unit::{UnitSpec, check};
 
 /// Texels along a footprint view's side.
 const WINDOW: [usize; 2] = [8, 28];
@@ -76,7 +76,7 @@ pub fn gather(
     if let Some(used) = &rendering.texture_use {
         pictures.push(("levels of detail", png(&used.levels, 0.0)));
     }
-    let errors = register_errors(bench.scene(), spec, settings)?;
+    let parts = attribution(bench, spec, settings, how)?;
     let mut wanted: Vec<[u32; 2]> = pixels.to_vec();
     if wanted.is_empty() {
         wanted = vec![worst, longest(bench, settings, how).unwrap_or(worst)];
@@ -92,7 +92,7 @@ pub fn gather(
         .collect();
     Ok(
         json!({"row": row["row"], "scene": row["scene"], "set": row["set"], "command": row["command"],
-        "pictures": pictures, "ladder": ladder, "registers": errors, "footprints": views}),
+        "pictures": pictures, "ladder": ladder, "attribution": parts, "footprints": views}),
     )
 }
 
@@ -157,37 +157,69 @@ fn longest(bench: &mut Bench, settings: &Settings, how: &Measuring) -> Option<[u
     }
 }
 
-/// Mean and worst error of every register against f64, in LSB.
-fn register_errors(
-    scene: &Scene,
+/// What longer words of one stage alone would buy, and larger tables: PSNR against f64.
+fn attribution(
+    bench: &mut Bench,
     spec: &UnitSpec,
     settings: &Settings,
+    how: &Measuring,
 ) -> Result<Vec<Value>, InputError> {
-    let quiet = &|_| {};
-    let errors: RegisterErrors = match scene {
-        Scene::Env(s) => registers::compare(
-            &RtlEngine::new(spec, s.needs(), &s.map)?,
-            settings,
-            s,
-            quiet,
-        ),
-        Scene::Hit(s) => {
-            let engine =
-                crate::engine::hit::HitRtl::new(spec, &s.distance, Some(&s.map), s.map.size())?;
-            s.registers(&engine, settings, quiet)
+    let mut out = Vec::new();
+    let mut add = |part: &str, spec: &UnitSpec, bench: &mut Bench| -> Result<(), InputError> {
+        let (rendering, ..) = bench.render(spec, settings, true)?;
+        let reference = bench.reference_picture(Rung::F64, settings, &how.truth);
+        let pair = metrics::compare(&rendering.picture, reference, how.exposure)?;
+        out.push(json!({"part": part, "psnr_db": pair.psnr_db, "mean_lsb8": pair.mean_lsb8}));
+        Ok(())
+    };
+    add("the unit", spec, bench)?;
+    let stages = how
+        .cost
+        .sheet(&spec.config, bench.scene().operation())
+        .stages;
+    for (stage, _) in stages {
+        let mut longer = spec.clone();
+        for reg in Reg::ALL
+            .iter()
+            .filter(|reg| reg.info().stage == stage.name())
+        {
+            for bits in [8, 6, 4, 2, 1] {
+                let mut tried = longer.clone();
+                tried.config.formats[reg.index()].frac += bits;
+                if check(&tried).is_ok() {
+                    longer = tried;
+                    break;
+                }
+            }
         }
-        Scene::Tex(s) => s.registers(&TexEngine::new(spec, s)?, settings, quiet),
-    };
-    let rows = Reg::ALL
-        .iter()
-        .zip(&errors.registers)
-        .filter(|(_, e)| e.count > 0);
-    let row = |(reg, e): (&Reg, &registers::RegisterError)| {
-        let info = reg.info();
-        json!({"stage": info.stage, "register": info.name, "mean_lsb": e.mean_lsb(), "worst_lsb": e.worst_lsb, "bits": spec.config.format(*reg).width()})
-    };
-    Ok(rows.map(row).collect())
+        if stage == Stage::Filter {
+            (longer.config.weight_bits, longer.config.lod_bits) = (8, 8);
+        }
+        add(stage.name(), &longer, bench)?;
+    }
+    let mut larger = spec.clone();
+    larger.config.tables.eigen.entries = 1024;
+    if check(&larger).is_ok() {
+        add("angle table", &larger, bench)?;
+    }
+    let mut larger = spec.clone();
+    let tables = &mut larger.config.tables;
+    for table in [
+        &mut tables.recip,
+        &mut tables.rsqrt,
+        &mut tables.sqrt,
+        &mut tables.log2,
+    ] {
+        (table.entries, table.order, table.frac) = (256, 2, 26);
+    }
+    if check(&larger).is_ok() {
+        add("other tables", &larger, bench)?;
+    }
+    Ok(out)
 }
+
+/// The texel of a level at a place; nothing beyond a face.
+type Texel<'a> = dyn Fn(usize, [i64; 2]) -> Option<[f32; 3]> + 'a;
 
 /// What both arithmetics put about one request, and the texture that it asks.
 struct Request<'a> {
@@ -199,7 +231,7 @@ struct Request<'a> {
     scale: f64,
     /// Columns and rows of a level, and its texels.
     sizes: Vec<[usize; 2]>,
-    texel: Box<dyn Fn(usize, [i64; 2]) -> Option<[f32; 3]> + 'a>,
+    texel: Box<Texel<'a>>,
 }
 
 /// The footprint view of a pixel's first request; none where the pixel shows no fragment.
@@ -373,7 +405,7 @@ impl Request<'_> {
             (0..side)
                 .map(|x| {
                     #[expect(clippy::cast_possible_truncation, reason = "texel numbers of a face")]
-                    let at = [first[0] as i64 + x as i64, first[1] as i64 + y as i64];
+                    let at = [first[0] + x as f64, first[1] + y as f64].map(|c| c as i64);
                     (self.texel)(level, at).map_or("#777777".into(), hex)
                 })
                 .collect()
@@ -436,11 +468,11 @@ pub(super) fn section(detail: &Value) -> (String, Vec<(String, String)>) {
         );
     }
     out += "</tbody></table>\n";
-    let bars = attribution(&detail["registers"]);
+    let bars = bars(&detail["attribution"]);
     out += &format!(
-        "<figure>{bars}<figcaption>Where words cost accuracy: the mean error of each stage's worst register against f64, in LSB of that register. An LSB is the register's own, so a short word can have a small bar.</figcaption></figure>\n"
+        "<figure>{bars}<figcaption>Where accuracy is lost: PSNR against f64 if the registers of one stage alone had up to eight more bits, or a table alone were large. A stage without a bar is not what limits this unit.</figcaption></figure>\n"
     );
-    files.push((format!("registers-{row}.svg"), bars));
+    files.push((format!("attribution-{row}.svg"), bars));
     for view in detail["footprints"].as_array().into_iter().flatten() {
         let svg = draw(view);
         let pixel = format!("{},{}", view["pixel"][0], view["pixel"][1]);
@@ -453,33 +485,27 @@ pub(super) fn section(detail: &Value) -> (String, Vec<(String, String)>) {
     (out + "</section>\n", files)
 }
 
-/// Bars by stage.
-fn attribution(registers: &Value) -> String {
-    let mut stages: Vec<(String, String, f64)> = Vec::new();
-    for row in registers.as_array().into_iter().flatten() {
-        let (stage, register) = (text(&row["stage"]), text(&row["register"]));
-        let mean = row["mean_lsb"].as_f64().unwrap_or(0.0);
-        match stages.iter_mut().find(|(s, ..)| *s == stage) {
-            Some(found) if found.2 < mean => *found = (stage, register, mean),
-            Some(_) => {}
-            None => stages.push((stage, register, mean)),
-        }
+/// Bars: what each part would buy if it alone were longer.
+fn bars(parts: &Value) -> String {
+    let mut gains: Vec<(String, f64, f64)> = Vec::new();
+    let db = |row: &Value| row["psnr_db"].as_f64();
+    let base = parts.get(0).and_then(db).unwrap_or(0.0);
+    for row in parts.as_array().into_iter().flatten().skip(1) {
+        let reached = db(row).unwrap_or(base);
+        gains.push((text(&row["part"]), reached - base, reached));
     }
-    let most = stages.iter().fold(1.0f64, |most, s| most.max(s.2));
-    let log = |x: f64| libm::log2(1.0 + x) / libm::log2(1.0 + most);
-    let mut svg = Svg::new(560.0, 24.0 * stages.len() as f64 + 16.0);
-    for (i, (stage, register, mean)) in stages.iter().enumerate() {
+    let most = gains.iter().fold(0.1f64, |most, g| most.max(g.1.abs()));
+    let mut svg = Svg::new(560.0, 24.0 * gains.len() as f64 + 16.0);
+    for (i, (part, gain, reached)) in gains.iter().enumerate() {
         let y = 10.0 + 24.0 * i as f64;
-        svg.text([118.0, y + 13.0], "e", stage);
+        let length = 240.0 * gain.max(0.0) / most + 1.0;
+        svg.text([118.0, y + 13.0], "e", part);
+        let width = super::svg::n(length);
         svg.raw(&format!(
-            "<rect class=\"bar\" x=\"124\" y=\"{y}\" width=\"{}\" height=\"16\"/>",
-            super::svg::n(240.0 * log(*mean) + 1.0)
+            "<rect class=\"bar\" x=\"124\" y=\"{y}\" width=\"{width}\" height=\"16\"/>"
         ));
-        svg.text(
-            [132.0 + 240.0 * log(*mean), y + 13.0],
-            "s",
-            &format!("{} LSB, {register}", significant(*mean, 3)),
-        );
+        let label = format!("{gain:+.2} dB, to {reached:.2}");
+        svg.text([132.0 + length, y + 13.0], "s", &label);
     }
-    svg.finish("mean register error by stage")
+    svg.finish("what longer words of each stage would buy")
 }

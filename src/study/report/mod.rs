@@ -10,7 +10,7 @@ mod svg;
 use serde_json::Value;
 
 use crate::report::escape::escape;
-use crate::study::front::{figure, front};
+use crate::study::front::{error_figure, figure, front};
 use crate::study::store::Results;
 pub use charts::Chart;
 
@@ -22,8 +22,9 @@ const MOST_ROWS: usize = 400;
 pub fn page(results: &Results, details: Option<&Value>) -> (String, Vec<(String, String)>) {
     let header = &results.header;
     let title = text(&header["study"]);
-    let on_front = front(&results.rows);
-    let charts = charts::all(results, &on_front);
+    let error = error_figure(results);
+    let on_front = front(&results.rows, &error);
+    let charts = charts::all(results, &on_front, &error);
     let mut out =
         String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";

@@ -138,6 +138,14 @@ impl Scale {
         self.from + (self.to - self.from) * share
     }
 
+    /// The distance between two round numbers of a scale that is not logarithmic.
+    fn step(&self) -> f64 {
+        let raw = (self.high - self.low) / 6.0;
+        let power = libm::pow(10.0, libm::floor(libm::log10(raw)));
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|s| s * power);
+        steps.into_iter().find(|s| *s >= raw).unwrap_or(steps[3])
+    }
+
     /// Round numbers inside.
     pub(super) fn ticks(&self) -> Vec<f64> {
         if self.log {
@@ -149,18 +157,26 @@ impl Scale {
                 .map(libm::exp2)
                 .collect();
         }
-        let raw = (self.high - self.low) / 6.0;
-        let power = libm::pow(10.0, libm::floor(libm::log10(raw)));
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .into_iter()
-            .map(|s| s * power)
-            .find(|s| *s >= raw)
-            .unwrap_or(10.0 * power);
+        let step = self.step();
         let first = (self.low / step).ceil();
         (0..20)
             .map(|i| (first + f64::from(i)) * step)
             .take_while(|x| *x <= self.high)
             .collect()
+    }
+
+    /// A tick's number, with as many places as neighbours need to differ.
+    pub(super) fn label(&self, x: f64) -> String {
+        if self.log {
+            return tick(x);
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped to 0 to 9"
+        )]
+        let places = (-libm::floor(libm::log10(self.step()) + 1e-9)).clamp(0.0, 9.0) as usize;
+        format!("{x:.places$}")
     }
 }
 

@@ -87,6 +87,15 @@ pub struct Found {
     pub rounds: u32,
 }
 
+/// How a search ended.
+#[derive(Debug)]
+pub enum Outcome {
+    /// With a unit.
+    Found(Box<Found>),
+    /// With none: longer words and larger tables come no nearer than this. Policies are not searched.
+    Beyond(Box<Pair>),
+}
+
 /// Options of the search.
 #[derive(Clone, Debug)]
 pub struct SizeOptions {
@@ -140,12 +149,13 @@ impl Search<'_> {
             .gates(&cost.cells)
     }
 
-    /// A unit that keeps the bound: the given one, or one with larger tables and longer words.
-    fn begin(&mut self, base: &UnitSpec) -> Result<UnitSpec, InputError> {
+    /// A unit that keeps the bound: the given one, or one with larger tables and longer words; else the best that was
+    /// found.
+    fn begin(&mut self, base: &UnitSpec) -> Result<Result<UnitSpec, Pair>, InputError> {
         let mut spec = base.clone();
         let first = self.pair(&spec)?;
         if self.options.goal.holds(&first) {
-            return Ok(spec);
+            return Ok(Ok(spec));
         }
         let mut best = first;
         for entries in [64, 128, 256, 512, 1024] {
@@ -157,7 +167,7 @@ impl Search<'_> {
             spec.config.tables.eigen.entries = entries;
             let pair = self.pair(&spec)?;
             if self.options.goal.holds(&pair) {
-                return Ok(spec);
+                return Ok(Ok(spec));
             }
             if pair.max_lsb8 < best.max_lsb8 {
                 best = pair;
@@ -176,19 +186,16 @@ impl Search<'_> {
                     longer.config.formats[index] = *format;
                 }
             }
-            if let Some(_pair) = self.keeps(&longer) {
-                return Ok(longer);
+            // Words that fit one by one may not fit together.
+            let Ok(pair) = self.pair(&longer) else { break };
+            if self.options.goal.holds(&pair) {
+                return Ok(Ok(longer));
+            }
+            if pair.max_lsb8 < best.max_lsb8 {
+                best = pair;
             }
         }
-        let db = best
-            .psnr_db
-            .map_or("no difference".into(), |db| format!("{db:.2} dB"));
-        Err(InputError::new(
-            "size",
-            "a bound that some unit keeps",
-            format!("{:.3} 8-bit steps and {db} at best", best.max_lsb8),
-            "ask for less, or start from another --unit: policies are not searched",
-        ))
+        Ok(Err(best))
     }
 
     /// Shortens all words by the same number of bits, as far as the bound allows.
@@ -283,7 +290,8 @@ fn trim(spec: &mut UnitSpec, ranges: &Ranges) -> Vec<(String, u32, u32)> {
     // At the limit itself m may have been widened: then it stays.
     let probes = spec.config.max_probes;
     lower("footprint.max_probes", probes, ranges.probes, spec);
-    if ranges.searches {
+    // Where nothing searches there is no limit to lower.
+    if ranges.searches && ranges.look_ups > 0 {
         let look_ups = spec.config.hit.iterations;
         lower("hit.iterations", look_ups, ranges.look_ups, spec);
     }
@@ -293,26 +301,35 @@ fn trim(spec: &mut UnitSpec, ranges: &Ranges) -> Vec<(String, u32, u32)> {
 /// Finds the smallest unit for a scene.
 ///
 /// # Errors
-/// No unit keeps the bound, or the given one is refused.
+/// The given unit is refused.
 pub fn size(
     scene: Scene,
     base: &UnitSpec,
     options: &SizeOptions,
-) -> Result<(Found, Bench), InputError> {
+) -> Result<(Outcome, Bench), InputError> {
     let mut search = Search {
         bench: Bench::new(scene),
         options,
         trials: 0,
     };
     let before = search.pair(base)?;
-    let mut spec = search.begin(base)?;
+    let mut spec = match search.begin(base)? {
+        Ok(spec) => spec,
+        Err(best) => return Ok((Outcome::Beyond(Box::new(best)), search.bench)),
+    };
+    let untrimmed = spec.clone();
     let settings = search.settings(&spec);
     let ranges = Ranges::of(search.bench.scene(), &spec, &settings)?;
     let mut trimmed = trim(&mut spec, &ranges);
     if search.keeps(&spec).is_none() {
         // Only a limit that did matter could do that.
-        spec = search.begin(base)?;
+        spec = untrimmed;
         trimmed.clear();
+    }
+    let texel = (ranges.texel_int + options.margin).min(spec.config.texel_int);
+    if texel < spec.config.texel_int {
+        let before = std::mem::replace(&mut spec.config.texel_int, texel);
+        trimmed.push(("texel.int".into(), before, texel));
     }
     let start = spec.clone();
     let integers = fit_integers(&mut search, &mut spec, &ranges, options.margin);
@@ -339,7 +356,7 @@ pub fn size(
         trials: search.trials,
         rounds,
     };
-    Ok((found, search.bench))
+    Ok((Outcome::Found(Box::new(found)), search.bench))
 }
 
 /// Integer bits from the ranges, register by register where the bound objects to all at once.

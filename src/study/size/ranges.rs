@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use rtl_model::regs::{Kind, Reg};
 
+use crate::cube::CubeMap;
 use crate::engine::hit::HitRtl;
 use crate::engine::probe::{RtlProbe, rtl};
 use crate::engine::rtl::RtlEngine;
@@ -47,6 +48,8 @@ pub struct Ranges {
     pub registers: Vec<Range>,
     /// Most probes of a request.
     pub probes: u32,
+    /// Integer bits of the brightest texel.
+    pub texel_int: u32,
     /// Most look-ups of a search.
     pub look_ups: u32,
     /// Whether every search ended before its limit.
@@ -58,6 +61,7 @@ impl Ranges {
         Self {
             registers: vec![Range::default(); Reg::COUNT],
             probes: 0,
+            texel_int: 1,
             look_ups: 0,
             searches: true,
         }
@@ -101,6 +105,28 @@ impl Ranges {
     /// # Errors
     /// The unit is refused.
     pub fn of(scene: &Scene, spec: &UnitSpec, settings: &Settings) -> Result<Self, InputError> {
+        let mut ranges = Self::traced(scene, spec, settings)?;
+        let brightest = |texels: &[[f32; 3]]| {
+            let most = texels.iter().flatten().fold(0.0f32, |most, c| most.max(*c));
+            // 2^n itself needs a bit more than what is below it.
+            (0..17).find(|n| f64::from(most) < libm::exp2(f64::from(*n)))
+        };
+        let cube = |map: &CubeMap| brightest(&map.levels[0].texels);
+        let bits: Vec<Option<u32>> = match scene {
+            Scene::Env(s) => vec![cube(&s.map)],
+            Scene::Hit(s) => vec![cube(&s.map)],
+            Scene::Tex(s) => {
+                let textures = s.scene.textures.iter();
+                let flat = textures.map(|t| brightest(&t.levels[0].texels));
+                flat.chain([cube(&s.sky)]).collect()
+            }
+        };
+        let most = bits.into_iter().map(|b| b.unwrap_or(17)).max();
+        ranges.texel_int = most.unwrap_or(17).max(1);
+        Ok(ranges)
+    }
+
+    fn traced(scene: &Scene, spec: &UnitSpec, settings: &Settings) -> Result<Self, InputError> {
         Ok(match scene {
             Scene::Env(s) => {
                 let engine = RtlEngine::new(spec, s.needs(), &s.map)?;

@@ -64,7 +64,6 @@ const TABLES: &[(&[&str], &[Word])] = &[
         &[
             Word::Knob("filter.weight_bits", 1, Step::Bit),
             Word::Knob("filter.lod_bits", 1, Step::Bit),
-            Word::Knob("texel.int", 1, Step::Bit),
             Word::Knob("texel.frac", 4, Step::Bit),
         ],
     ),

@@ -51,35 +51,36 @@ pub(super) struct Walls<'a> {
     pub(super) settings: &'a Settings,
 }
 
-/// v/√⟨v,v⟩; the power of two that the kernel takes out before is exact.
-fn unit(v: [Bounded; 3]) -> [Bounded; 3] {
+/// The vector with its largest component in [1, 2) and the power of two that brings it there, which the kernel takes out
+/// exactly; nothing for 0.
+fn scaled(v: [Bounded; 3]) -> Option<([Bounded; 3], f64)> {
     let most = v.iter().fold(0.0f64, |most, c| most.max(c.value.abs()));
     if most == 0.0 {
-        return [0.0, 0.0, 1.0].map(Bounded::exact);
+        return None;
     }
-    let (_, exponent) = libm::frexp(most);
-    let scale = libm::ldexp(1.0, 1 - exponent);
-    let scaled = v.map(|c| Bounded {
+    let scale = libm::ldexp(1.0, 1 - libm::frexp(most).1);
+    let by = |c: Bounded| Bounded {
         value: c.value * scale,
         error: c.error * scale,
-    });
-    let length = dot(scaled, scaled).sqrt();
-    scaled.map(|c| c / length)
+    };
+    Some((v.map(by), scale))
 }
 
-/// |v|, scaled like that.
+/// v/√⟨v,v⟩.
+fn unit(v: [Bounded; 3]) -> [Bounded; 3] {
+    let Some((v, _)) = scaled(v) else {
+        return [0.0, 0.0, 1.0].map(Bounded::exact);
+    };
+    let length = dot(v, v).sqrt();
+    v.map(|c| c / length)
+}
+
+/// |v|.
 fn length(v: [Bounded; 3]) -> Bounded {
-    let most = v.iter().fold(0.0f64, |most, c| most.max(c.value.abs()));
-    if most == 0.0 {
+    let Some((v, scale)) = scaled(v) else {
         return Bounded::exact(0.0);
-    }
-    let (_, exponent) = libm::frexp(most);
-    let scale = libm::ldexp(1.0, 1 - exponent);
-    let root = dot(
-        v.map(|c| Bounded::exact(c.value * scale)),
-        v.map(|c| Bounded::exact(c.value * scale)),
-    )
-    .sqrt();
+    };
+    let root = dot(v, v).sqrt();
     Bounded {
         value: root.value / scale,
         error: root.error / scale,
@@ -332,7 +333,8 @@ pub(super) fn expected(
                 out.push(expect(step));
                 next = before.d() + turn.step();
                 // Whether the sum rounds to what it was.
-                if f64::from(to_f32(next.value)) == before.d().value {
+                let sum = to_f32(next.value).to_bits();
+                if sum == to_f32(before.d().value).to_bits() {
                     status = HitStatus::Stalled;
                     done = true;
                 } else {
