@@ -13,6 +13,8 @@ use super::subject;
 use crate::conformance::attribution::{Part, attribute};
 use crate::conformance::budget::{self, Row, Verdict};
 use crate::conformance::certify::{Certified, certify};
+use crate::engine::Subject;
+use crate::error::InputError;
 use crate::report::table::{Align, Table, significant};
 use crate::unit::{ReferenceAxis, UnitSpec};
 
@@ -21,6 +23,9 @@ pub(super) struct Args {
     /// Instead of bounds: the share of each stage in the error of a scene (ENV).
     #[arg(long, value_name = "SCENE")]
     attribution: Option<String>,
+    /// The fragments of an ENV scene instead of the suites' inputs.
+    #[arg(long = "scene", value_name = "SCENE", conflicts_with = "attribution")]
+    over: Option<String>,
     /// Cases of each class and operation.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     cases: u64,
@@ -58,16 +63,28 @@ fn word(verdict: Verdict) -> &'static str {
 }
 
 fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failure> {
-    let bar = Bar::new("budget", budget::total(args.cases));
-    let rows = budget::registers(spec, args.cases, args.seed, &|n| bar.add(n))?;
-    drop(bar);
+    let (rows, cases) = match &args.over {
+        None => {
+            let bar = Bar::new("budget", budget::total(args.cases));
+            let rows = budget::registers(spec, args.cases, args.seed, &|n| bar.add(n))?;
+            (rows, format!("{} cases", budget::total(args.cases)))
+        }
+        Some(name) => {
+            let subject = env_scene(args, spec, name)?;
+            let count = subject.scene.fragments.len();
+            (
+                budget::scene(spec, &subject)?,
+                format!("{count} fragments of {name}"),
+            )
+        }
+    };
     let certified = if args.quick {
         Vec::new()
     } else {
         certify(spec)?
     };
     if !target.takes_stdout() {
-        print(spec, args, &rows, &certified)?;
+        print(spec, (args.seed, &cases), &rows, &certified)?;
     }
     let mut root = Origin::new(spec).json();
     root.insert("seed".into(), json!(args.seed));
@@ -115,18 +132,16 @@ fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failur
 
 fn print(
     spec: &UnitSpec,
-    args: &Args,
+    (seed, cases): (u64, &str),
     rows: &[Row],
     certified: &[Certified],
 ) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(
         out,
-        "tapline {}, unit {}, seed {}, {} cases\n",
+        "tapline {}, unit {}, seed {seed}, {cases}\n",
         env!("CARGO_PKG_VERSION"),
-        spec.hash(),
-        args.seed,
-        budget::total(args.cases)
+        spec.hash()
     )?;
     let mut table = Table::new(&[
         ("register", Align::Left),
@@ -181,11 +196,15 @@ fn print(
     Ok(())
 }
 
-fn shares(args: &Args, spec: &UnitSpec, scene: &str, target: JsonTarget) -> Result<(), Failure> {
+/// A scene of ENV with its environment.
+fn env_scene(args: &Args, spec: &UnitSpec, name: &str) -> Result<Subject, InputError> {
     args.scene.refuse_texture()?;
     args.scene.refuse_distance()?;
-    let settings = spec.settings(ReferenceAxis::Exact);
-    let subject = subject::load(scene, &args.scene, &settings)?;
+    subject::load(name, &args.scene, &spec.settings(ReferenceAxis::Exact))
+}
+
+fn shares(args: &Args, spec: &UnitSpec, scene: &str, target: JsonTarget) -> Result<(), Failure> {
+    let subject = env_scene(args, spec, scene)?;
     let parts = attribute(spec, &subject)?;
     let (whole, stages): (Vec<&Part>, Vec<&Part>) =
         parts.iter().partition(|p| p.name == "all of the unit");

@@ -59,10 +59,11 @@ fn print_rows(out: &mut impl std::io::Write, rows: &[Row]) -> Result<(), Failure
     for row in rows {
         let (rtl, f64) = (row.rtl.text(), row.f64.text());
         let same = if rtl == f64 { "the same".into() } else { f64 };
+        let name = row.name.replace('|', "\\|");
         writeln!(
             out,
             "| {} | {} | {rtl} | {same} | {} |",
-            row.name,
+            name,
             row.paper,
             row.rtl.flags.join(" ")
         )?;

@@ -214,7 +214,12 @@ pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
         Some(b'/') => Format::Readmemh,
         _ => Format::Hex,
     };
-    let (spec, build) = (UnitSpec::default(), Build::default());
+    let spec = UnitSpec::default();
+    // `eigen` reads no memory.
+    let build = Build {
+        size: 1,
+        ..Build::default()
+    };
     let subject = Subject::parse("eigen")?;
     for exact in [false, true] {
         let model = bench::model(&spec, subject, build)?;

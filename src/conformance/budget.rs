@@ -11,10 +11,11 @@ use rtl_model::Config;
 use rtl_model::regs::Reg;
 
 use super::bench::Build;
-use super::cases::Class;
+use super::cases::{Class, Stimulus};
 use super::exact::Finding;
 use super::run::Runner;
 use super::subject::Subject;
+use crate::engine::{Subject as Scene, encode};
 use crate::error::InputError;
 use crate::stage::Stage;
 use crate::unit::UnitSpec;
@@ -150,6 +151,38 @@ pub fn registers(
             Ok(rows)
         })
         .collect();
+    merged(parts)
+}
+
+/// Budgets of the registers of ENV over the fragments of a scene, in pipeline order. The texels are those of the benches.
+pub fn scene(spec: &UnitSpec, subject: &Scene) -> Result<Vec<Row>, InputError> {
+    let needs = subject.needs();
+    let build = Build {
+        bump: needs.bump,
+        rough: needs.rough,
+        ..Build::default()
+    };
+    let parts: Vec<Result<Rows, InputError>> = subject
+        .scene
+        .fragments
+        .par_chunks(1024)
+        .map(|chunk| {
+            let mut runner = Runner::of(spec, Subject::Env, build, Class::Ordinary, 0)?;
+            let mut rows = Rows::new();
+            for fragment in chunk {
+                let input = runner.driven(&Stimulus::Fragment(encode::words(&fragment.fragment)));
+                let output = runner.output(&input);
+                for finding in runner.findings(&input, &output) {
+                    note(&spec.config, &mut rows, &finding);
+                }
+            }
+            Ok(rows)
+        })
+        .collect();
+    merged(parts)
+}
+
+fn merged(parts: Vec<Result<Rows, InputError>>) -> Result<Vec<Row>, InputError> {
     let mut all = Rows::new();
     for part in parts {
         for (key, row) in part? {

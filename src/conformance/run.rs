@@ -1,7 +1,7 @@
 //! Running suites: cases in parallel, the first failure minimised.
 
 use super::bench::{Bench, Build, Model, model, overlay};
-use super::cases::{Class, Place, fill};
+use super::cases::{Class, Place, Stimulus, fill};
 use super::check::{Difference, beyond, difference};
 use super::exact::{Case, Finding, Judge};
 use super::subject::Subject;
@@ -121,6 +121,23 @@ impl Runner {
         let mut input = vec![0; self.model.shape().input_len()];
         fill(self.model.as_mut(), self.subject, place, &mut input);
         input
+    }
+
+    /// The inputs that a stimulus of the unit makes.
+    pub fn driven(&mut self, stimulus: &Stimulus) -> Vec<i64> {
+        let mut input = vec![0; self.model.shape().input_len()];
+        self.model.drive(stimulus, &mut input);
+        input
+    }
+
+    /// Whether every register of a case is 0 or lies within 2^±`power`.
+    pub fn is_within(&mut self, input: &[i64], power: i32) -> bool {
+        self.output(input);
+        let (low, high) = (libm::ldexp(1.0, -power), libm::ldexp(1.0, power));
+        let codes = self.model.probe().registers.iter().flatten();
+        codes
+            .filter(|code| code.is_written() && code.raw != 0)
+            .all(|code| (low..high).contains(&code.value().abs()))
     }
 
     /// What exact arithmetic finds in a case whose outputs `device` holds.

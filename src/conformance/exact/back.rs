@@ -249,11 +249,14 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     }
     let axis = [0, 1].map(|k| s.value(Reg::EigenAxis, k));
     let feline = config.count == Count::Feline;
+    // What a texture's λ counts in, in texels; a cube's is in u and v.
+    let in_units = if planar { f64::from(unit) / 2.0 } else { 1.0 };
     for (k, axis) in axis.into_iter().enumerate() {
         let (body, slack) = if feline {
             let body = larger(major - width / real(half), zero()) * real(2.0);
-            // λ1 is cut to 28 bits, at most 2^9; 2/N has 28 bits, its product is cut.
-            (body, (real(3.0) + width) * real(2.0 * power(28)))
+            // λ1 is cut to 28 bits, at most 2^9; 2/N has 28 bits, its product is cut; all in the stage's own units.
+            let own = real(2.0 * power(28) * in_units);
+            (body, (real(3.0) + width) * own)
         } else {
             (major, zero())
         };

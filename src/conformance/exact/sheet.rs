@@ -280,6 +280,7 @@ impl<'a> Sheet<'a> {
         let width = self.config.format(reg).magnitude_bits();
         let codes = self.codes(reg);
         let end = (1i64 << width) - 1;
+        let exact_len = exact.len();
         for (c, exact) in exact.iter().enumerate() {
             let Some(code) = codes.get(first + c).filter(|c| c.is_written()) else {
                 continue;
@@ -293,7 +294,7 @@ impl<'a> Sheet<'a> {
             };
             let bound = own + slack.times_power(code.frac).to_f64() + OWN;
             let error = (Wide::code(code.raw, 0) - x).abs().to_f64();
-            let all_zero = most_of(codes, first, c) == 0;
+            let all_zero = largest(codes, first, exact_len) == 0;
             let error = if is_normal || (all_zero && x.is_zero()) {
                 error
             } else {
@@ -395,14 +396,8 @@ fn is_whole(x: Wide) -> bool {
     near.abs() < 9e15 && (x - real(near.round())).is_zero()
 }
 
-/// The largest magnitude of the codes that share an exponent with a component.
-fn most_of(codes: &[Code], first: usize, c: usize) -> u64 {
-    let frac = codes.get(first + c).map_or(0, |c| c.frac);
-    codes
-        .iter()
-        .skip(first)
-        .filter(|code| code.frac == frac)
-        .map(|code| code.raw.unsigned_abs())
-        .max()
-        .unwrap_or(0)
+/// The largest magnitude of some codes.
+fn largest(codes: &[Code], first: usize, len: usize) -> u64 {
+    let block = codes.iter().skip(first).take(len);
+    block.map(|code| code.raw.unsigned_abs()).max().unwrap_or(0)
 }

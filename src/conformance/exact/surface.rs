@@ -146,7 +146,9 @@ fn gradients(s: &mut Sheet<'_>) {
 
 /// A register pair with one exponent, gathered from sums of unlike exponents: what lies far below the largest is cut.
 fn gathered(s: &mut Sheet<'_>, regs: [(Reg, usize); 4], exact: [Wide; 4]) {
-    let width = s.config.format(regs[0].0).magnitude_bits();
+    // The narrowest register's bits count for all.
+    let widths = regs.map(|(reg, _)| s.config.format(reg).magnitude_bits());
+    let width = widths.into_iter().min().unwrap_or(1);
     let codes = regs.map(|(reg, c)| s.codes(reg).get(c).map_or(0, |c| c.raw.unsigned_abs()));
     let most = codes.into_iter().max().unwrap_or(0);
     let is_normal = most >> (width - 1) != 0 && most >> width == 0;
