@@ -1,5 +1,6 @@
 //! Rules of `covariance`, `eigen` and `footprint`.
 
+use rtl_model::fx::Overflow;
 use rtl_model::regs::Reg;
 use rtl_model::stages::footprint::planar_unit;
 
@@ -226,12 +227,21 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     // Dividing in doubles costs 2^−52 of the quotient.
     let capped = length * real(cap);
     let exact = larger(larger(minor * real(half), capped), real(1.0));
-    s.fixed(
-        Reg::FootWidth,
-        0,
-        exact,
-        Sheet::share(capped, 2.0 * f64::EPSILON),
+    // The largest of three that were limited one by one: beyond the range a register that does not saturate gives any of
+    // them, and that is for the bits to say.
+    let saturates = matches!(
+        config.format(Reg::FootWidth).overflow,
+        Overflow::Saturate | Overflow::SaturateSymmetric
     );
+    let inside = |x: Wide| s.is_inside(Reg::FootWidth, 0, x);
+    if saturates || (inside(minor * real(half)) && inside(capped)) {
+        s.fixed(
+            Reg::FootWidth,
+            0,
+            exact,
+            Sheet::share(capped, 2.0 * f64::EPSILON),
+        );
+    }
     let width = s.value(Reg::FootWidth, 0);
     if width.to_f64() > 0.0 {
         let last = f64::from(sizes[0].max(sizes[1]).max(1).ilog2());
