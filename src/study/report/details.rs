@@ -1,6 +1,6 @@
 //! What a report shows of chosen rows: pictures, error map, ladder, register errors, footprints.
 //!
-//! [`gather`] renders a row once more and puts everything into one JSON object; [`section`] needs nothing else.
+//! [`gather`] renders a row once more and puts everything into one JSON object; `section` needs nothing else.
 
 use rtl_model::regs::Reg;
 use serde_json::{Value, json};
