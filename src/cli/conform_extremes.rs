@@ -7,6 +7,7 @@ use super::Failure;
 use super::args::UnitArgs;
 use super::output::{Kind, Origin, write_picture};
 use crate::conformance::study::{self, Jump, Row, Thin};
+use crate::conformance::study_rays;
 use crate::image::whole::WholeFile;
 use crate::image::write::Sample;
 use crate::report::plot::{COLORS, Curve, log_log};
@@ -29,7 +30,12 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = args.unit.load()?;
-    let rows = study::rows(&spec)?;
+    let rows = [
+        ("ENV", study::rows(&spec)?),
+        ("HIT", study_rays::searches(&spec)?),
+        ("Ray cones", study_rays::cones(&spec)),
+        ("TEX", study_rays::textures(&spec)?),
+    ];
     let thin = study::thin(&spec, args.turns.max(1))?;
     let jumps = study::jumps(&spec, args.pairs.max(1))?;
     let mut out = std::io::stdout().lock();
@@ -40,7 +46,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         env!("CARGO_PKG_VERSION"),
         origin.unit_hash
     )?;
-    print_rows(&mut out, &rows)?;
+    for (title, rows) in &rows {
+        print_rows(&mut out, title, rows)?;
+    }
     print_thin(&mut out, &thin)?;
     print_jumps(&mut out, &jumps)?;
     drop(out);
@@ -50,22 +58,24 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn print_rows(out: &mut impl std::io::Write, rows: &[Row]) -> Result<(), Failure> {
+fn print_rows(out: &mut impl std::io::Write, title: &str, rows: &[Row]) -> Result<(), Failure> {
+    writeln!(out, "### {title}\n")?;
     writeln!(
         out,
         "| row | the paper's formulas in doubles | rtl | f64 | flags of rtl |"
     )?;
     writeln!(out, "|---|---|---|---|---|")?;
+    let cell = |text: &str| text.replace('|', "\\|");
     for row in rows {
-        let (rtl, f64) = (row.rtl.text(), row.f64.text());
-        let same = if rtl == f64 { "the same".into() } else { f64 };
-        let name = row.name.replace('|', "\\|");
+        let same = row.rtl == row.f64;
         writeln!(
             out,
-            "| {} | {} | {rtl} | {same} | {} |",
-            name,
-            row.paper,
-            row.rtl.flags.join(" ")
+            "| {} | {} | {} | {} | {} |",
+            cell(&row.name),
+            cell(&row.paper),
+            row.rtl,
+            if same { "the same" } else { &row.f64 },
+            row.flags.join(" ")
         )?;
     }
     writeln!(out)?;

@@ -408,7 +408,7 @@ fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
 }
 
 /// Extremes of a cone: operation, angle and width, operands.
-const OPERATIONS: [(u64, [f64; 2], [f64; 3]); 24] = [
+pub(super) const OPERATIONS: [(u64, [f64; 2], [f64; 3]); 24] = [
     (0, [0.0, 0.0], [1.0, 0.0, 0.0]),
     (0, [-0.0, -0.0], [1.0, 0.0, 0.0]),
     (0, [1e-40, 1e-40], [1.0, 0.0, 0.0]),

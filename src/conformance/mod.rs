@@ -23,6 +23,7 @@ pub mod random;
 pub mod ray_cone;
 pub mod run;
 pub mod study;
+pub mod study_rays;
 pub mod subject;
 pub mod suite;
 pub mod tex;

@@ -5,6 +5,7 @@ use rtl_model::{Texture, Unit};
 
 use super::extremes::{env, straight};
 use super::random::Random;
+use super::study_rays::finite;
 use crate::cube::{FACE_AXES, FACE_NAMES, major_face};
 use crate::engine::encode;
 use crate::engine::probe::{RtlProbe, rtl};
@@ -29,39 +30,29 @@ pub struct Seen {
     pub flags: Vec<String>,
 }
 
+/// A number in a table's cell: four decimals, or two digits and a power of ten.
+pub(super) fn number(x: f64) -> String {
+    if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e5) {
+        return format!("{x:.1e}");
+    }
+    let text = format!("{x:.4}");
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" | "" => "0".into(),
+        short => short.into(),
+    }
+}
+
 impl Seen {
     /// The numbers in a table's cell.
     #[must_use]
     pub fn text(&self) -> String {
         let (face, [u, v]) = self.at;
-        let short = |x: f64| {
-            let text = format!("{x:.4}");
-            let text = text.trim_end_matches('0').trim_end_matches('.');
-            if text == "-0" || text.is_empty() {
-                "0".to_string()
-            } else {
-                text.to_string()
-            }
-        };
-        let wide = |x: f64| {
-            if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e5) {
-                format!("{x:.1e}")
-            } else {
-                short(x)
-            }
-        };
-        format!(
-            "{} ({}, {}) λ {}, {} axis ({}, {}) {} × LOD {}",
-            FACE_NAMES[face.min(5)],
-            short(u),
-            short(v),
-            wide(self.lambda[0]),
-            wide(self.lambda[1]),
-            short(self.axis[0]),
-            short(self.axis[1]),
-            self.fetch.0,
-            short(self.fetch.1)
-        )
+        let face = FACE_NAMES[face.min(5)];
+        let [u, v] = [u, v].map(number);
+        let [l, m] = self.lambda.map(number);
+        let [x, y] = self.axis.map(number);
+        let (probes, lod) = (self.fetch.0, number(self.fetch.1));
+        format!("{face} ({u}, {v}) λ {l}, {m} axis ({x}, {y}) {probes} × LOD {lod}")
     }
 }
 
@@ -69,13 +60,15 @@ impl Seen {
 #[derive(Clone, Debug)]
 pub struct Row {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// The paper's formulas as they are written, in doubles.
     pub paper: String,
     /// The integer model.
-    pub rtl: Seen,
+    pub rtl: String,
     /// The float reference.
-    pub f64: Seen,
+    pub f64: String,
+    /// Flags of the integer model.
+    pub flags: Vec<String>,
 }
 
 /// Face size of the study.
@@ -98,17 +91,7 @@ fn paper(fragment: &Fragment, k: [f64; 3]) -> String {
     let major = (f64::midpoint(a + c, root)).sqrt();
     let minor = ((a + c - root) / 2.0).sqrt();
     let tangent = 2.0 * b / (c - a);
-    let mut wrong = Vec::new();
-    for (name, x) in [("u", u), ("λ1", major), ("λ2", minor), ("tan 2α", tangent)] {
-        if !x.is_finite() {
-            wrong.push(format!("{name} = {x}").to_lowercase());
-        }
-    }
-    if wrong.is_empty() {
-        "finite".into()
-    } else {
-        wrong.join(", ")
-    }
+    finite(&[("u", u), ("λ1", major), ("λ2", minor), ("tan 2α", tangent)])
 }
 
 fn seen_by_rtl(
@@ -142,17 +125,19 @@ pub fn rows(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
             let (rtl, _) = seen_by_rtl(&unit, spec, &f, None);
             let size = usize::try_from(FACE).unwrap_or(1);
             let env = reference::env(&prepared, &f, size, None, &mut NoTap);
+            let theirs = Seen {
+                at: (env.face, [env.u, env.v]),
+                lambda: env.lambda,
+                axis: env.axis,
+                fetch: (env.probes.into(), env.lod),
+                flags: Vec::new(),
+            };
             Ok(Row {
-                name,
+                name: name.into(),
                 paper: paper(&f, env.k),
-                rtl,
-                f64: Seen {
-                    at: (env.face, [env.u, env.v]),
-                    lambda: env.lambda,
-                    axis: env.axis,
-                    fetch: (env.probes.into(), env.lod),
-                    flags: env.flags.names().map(str::to_string).collect(),
-                },
+                rtl: rtl.text(),
+                f64: theirs.text(),
+                flags: rtl.flags,
             })
         })
         .collect()
