@@ -66,6 +66,22 @@ impl Bounded {
         }
     }
 
+    /// Times a power of two: exact, unless the result lies below the least normal number, where a device may round it or make it 0.
+    #[must_use]
+    pub fn scaled(self, power: f64) -> Self {
+        let (value, error) = (self.value * power, self.error * power);
+        let size = value.abs() + error;
+        let flushed = if size > 0.0 && size < 2.0 * LEAST {
+            LEAST
+        } else {
+            0.0
+        };
+        Self {
+            value,
+            error: error + flushed,
+        }
+    }
+
     /// Comparisons since the last call that a device may decide otherwise.
     #[must_use]
     pub fn undecided() -> u32 {
@@ -316,6 +332,22 @@ mod tests {
         // f32 on the host rounds to nearest: half an ulp of each of the ulps that are allowed.
         assert!(worst > 0.1, "the bound is loose: {worst}");
         let _ = Bounded::undecided();
+    }
+
+    #[test]
+    fn a_power_of_two_is_exact_down_to_the_least_normal_number_and_may_be_flushed_below() {
+        let x = Bounded {
+            value: 1.5,
+            error: 1e-7,
+        };
+        let normal = x.scaled(libm::ldexp(1.0, -100));
+        assert_eq!(
+            [normal.value, normal.error].map(f64::to_bits),
+            [1.5, 1e-7].map(|y| libm::ldexp(y, -100).to_bits())
+        );
+        let below = x.scaled(libm::ldexp(1.0, -130));
+        assert!(below.error >= below.value && below.error < 2.0 * LEAST);
+        assert_eq!(Bounded::exact(0.0).scaled(0.25).error.to_bits(), 0);
     }
 
     #[test]

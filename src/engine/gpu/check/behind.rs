@@ -185,7 +185,7 @@ impl<'a> Behind<'a> {
         });
         let k = handed(k);
         let policy = (settings.axis, settings.minor);
-        // The kernel shifts K by a power of two before it squares it, and the results back: exact.
+        // The kernel shifts K by a power of two before it squares it, and the results back: exact above subnormals.
         let scale = if settings.axis == Axis::LongerDerivative {
             1.0
         } else {
@@ -195,18 +195,20 @@ impl<'a> Behind<'a> {
         let (mut axes, mut recorder, undecided) =
             recorded(|tap, _| eigen(shifted, [Some(d), rough], policy, None, tap));
         for (register, component, value, error) in &mut recorder.put {
-            if ["root", "lambda_sq"].contains(register) {
-                *value /= scale;
-                *error /= scale;
-            } else if *register == "lambda" {
-                let squares = axes.lambda_sq[*component];
-                let back = Bounded {
-                    value: squares.value / scale,
-                    error: squares.error / scale,
+            let back = if ["root", "lambda_sq"].contains(register) {
+                let shifted = Bounded {
+                    value: *value,
+                    error: *error,
                 };
-                axes.lambda[*component] = back.sqrt();
-                (*value, *error) = (back.sqrt().value, back.sqrt().error);
-            }
+                shifted.scaled(1.0 / scale)
+            } else if *register == "lambda" {
+                let root = axes.lambda_sq[*component].scaled(1.0 / scale).sqrt();
+                axes.lambda[*component] = root;
+                root
+            } else {
+                continue;
+            };
+            (*value, *error) = (back.value, back.error);
         }
         cases[1].push(Case {
             pixel,

@@ -59,11 +59,7 @@ fn scaled(v: [Bounded; 3]) -> Option<([Bounded; 3], f64)> {
         return None;
     }
     let scale = libm::ldexp(1.0, 1 - libm::frexp(most).1);
-    let by = |c: Bounded| Bounded {
-        value: c.value * scale,
-        error: c.error * scale,
-    };
-    Some((v.map(by), scale))
+    Some((v.map(|c| c.scaled(scale)), scale))
 }
 
 /// v/√⟨v,v⟩.
@@ -80,11 +76,7 @@ fn length(v: [Bounded; 3]) -> Bounded {
     let Some((v, scale)) = scaled(v) else {
         return Bounded::exact(0.0);
     };
-    let root = dot(v, v).sqrt();
-    Bounded {
-        value: root.value / scale,
-        error: root.error / scale,
-    }
+    dot(v, v).sqrt().scaled(1.0 / scale)
 }
 
 impl Walls<'_> {
