@@ -22,6 +22,7 @@ pub mod mesh;
 pub mod optics;
 pub mod picture;
 pub mod planar;
+pub mod random;
 pub mod reference;
 pub mod report;
 pub mod scene;

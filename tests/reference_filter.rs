@@ -6,8 +6,9 @@
 
 mod reference_support;
 
-use reference_support::{PLAIN, Random, Strict, apply, map, noise, plain, symmetries};
-use tapline::cube::{direction, face_uv};
+use reference_support::{
+    PLAIN, Random, Strict, map, noise, plain, smaller, symmetries, turned, turned_map,
+};
 use tapline::fragment::Fragment;
 use tapline::policy::{Axis, Count, Weights};
 use tapline::reference::{NoTap, Prepared, Tap, Texture, env, ewa, ewa_counted, probe_weights};
@@ -115,47 +116,16 @@ fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
 fn the_cubes_48_symmetries_turn_fragments_maps_and_colors_alike() {
     let size = 16;
     let cube = noise(size, 22);
-    let half = size as f64 / 2.0;
     let mut random = Random::new(23);
-    let fragments: Vec<_> = (0..40)
-        .map(|_| {
-            let mut f = random.fragment();
-            for d in [&mut f.dv_dx, &mut f.dv_dy, &mut f.dn_dx, &mut f.dn_dy] {
-                *d = d.map(|x| x * 0.05);
-            }
-            f
-        })
-        .collect();
+    let fragments: Vec<_> = (0..40).map(|_| smaller(&random.fragment(), 0.05)).collect();
     let prepared = Prepared::new(&Settings::default());
     let texture = Texture::new(&cube);
     let mut several = 0;
     for matrix in symmetries() {
-        let inverse: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| matrix[j][i]));
-        let turned_map = map(size, |face, x, y| {
-            let [u, v] = [x, y].map(|t| (t as f64 + 0.5) / half - 1.0);
-            let (face, u, v) = face_uv(apply(&inverse, direction(face, u, v)));
-            let [x, y] = [u, v].map(|u| {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a texel's index"
-                )]
-                let index = ((u + 1.0) * half) as usize;
-                index
-            });
-            cube.levels[0].texel(face, x, y)
-        });
+        let turned_map = turned_map(&cube, &matrix);
         let turned_texture = Texture::new(&turned_map);
         for f in &fragments {
-            let g = Fragment {
-                v: apply(&matrix, f.v),
-                n: apply(&matrix, f.n),
-                dv_dx: apply(&matrix, f.dv_dx),
-                dv_dy: apply(&matrix, f.dv_dy),
-                dn_dx: apply(&matrix, f.dn_dx),
-                dn_dy: apply(&matrix, f.dn_dy),
-                ..*f
-            };
+            let g = turned(f, &matrix);
             let a = env(&prepared, f, size, Some(&texture), &mut NoTap);
             let b = env(&prepared, &g, size, Some(&turned_texture), &mut NoTap);
             several += usize::from(a.probes > 1);

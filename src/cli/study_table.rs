@@ -53,7 +53,7 @@ pub(super) fn table(
         })
         .map(|(row, _)| row)
         .collect();
-    let axes = axes(&results.header);
+    let axes = results.axes();
     let mut head = vec![
         ("row".to_string(), Align::Right),
         ("scene".into(), Align::Left),
@@ -94,15 +94,4 @@ pub(super) fn table(
         table.row(cells(row));
     }
     Ok(table.to_string())
-}
-
-/// The first path of each axis.
-fn axes(header: &Value) -> Vec<String> {
-    let axes = header
-        .get("axes")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten();
-    axes.filter_map(|a| a.get(0).and_then(Value::as_str).map(String::from))
-        .collect()
 }

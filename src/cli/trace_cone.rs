@@ -9,7 +9,7 @@ use serde_json::{Map, Number, Value, json};
 
 use super::json_lines::{self, Line, short};
 use super::trace::TraceEngine;
-use crate::engine::cones::rtl_step;
+use crate::engine::cones::{event_names, rtl_step};
 use crate::engine::probe::Code;
 use crate::error::InputError;
 use crate::reference::ray_cone as float;
@@ -138,15 +138,6 @@ fn step(item: &RawValue, index: usize, fail: &Fail<'_>) -> Result<float::Step, I
     })
 }
 
-/// The flags' names, and the one that a number which is not finite sets.
-fn flag_names(flags: Flags) -> Vec<&'static str> {
-    Event::ALL
-        .iter()
-        .filter(|e| flags.has_event(**e))
-        .map(|e| e.name())
-        .collect()
-}
-
 fn object(angle: Value, width: Value, packed: String, flags: &[&str]) -> Map<String, Value> {
     let mut out = Map::new();
     out.insert("cone".into(), json!([angle, width]));
@@ -191,7 +182,7 @@ fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> 
         number(cfg.angle(state.angle)),
         number(cfg.width(state.width)),
         packed(&cfg, state),
-        &flag_names(flags),
+        &event_names(flags).collect::<Vec<_>>(),
     )
 }
 
@@ -237,6 +228,6 @@ fn by_f64(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step]) -> Map<String,
         json!(state.angle.0),
         json!(state.width.0),
         packed(&cfg, codes),
-        &flag_names(flags),
+        &event_names(flags).collect::<Vec<_>>(),
     )
 }

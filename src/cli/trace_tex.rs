@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::json_lines::{self, Line};
 use super::trace::{TraceEngine, Tracer};
+use crate::engine::cones::event_names;
 use crate::engine::probe::RtlProbe;
 use crate::engine::tex::{TexRtl, words};
 use crate::error::InputError;
@@ -98,11 +99,7 @@ fn by_rtl(tracer: &mut Tracer, request: &Request) -> Result<Map<String, Value>, 
     let cone = cfg.load(cone, &mut cfg.dither(0), &mut loaded);
     let mut probe = RtlProbe::default();
     let (_, results) = engine.lanes::<1, _>(&[words(&request.fragment, cone)], &mut probe);
-    let mut flags: Vec<String> = Event::ALL
-        .iter()
-        .filter(|event| loaded.has_event(**event))
-        .map(|event| event.name().to_string())
-        .collect();
+    let mut flags: Vec<String> = event_names(loaded).map(str::to_string).collect();
     flags.extend(engine.flags(&results, 0));
     tracer.probe = probe;
     let mut put = |key: &str, reg: Reg| {

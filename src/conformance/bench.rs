@@ -4,11 +4,11 @@ use rtl_model::Config;
 use rtl_model::fx::Flags;
 use rtl_model::regs::Reg;
 
-use super::cases::Stimulus;
 use super::env::{EnvStage, EnvUnit};
 use super::field::{Meaning, Shape, events, group};
 use super::hit::HitBench;
 use super::ray_cone::ConeBench;
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use super::tex::TexBench;
 use crate::engine::probe::{Code, RtlProbe};

@@ -11,9 +11,10 @@ use rtl_model::Config;
 use rtl_model::regs::Reg;
 
 use super::bench::Build;
-use super::cases::{Class, Stimulus};
+use super::cases::Class;
 use super::exact::Finding;
 use super::run::Runner;
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use crate::engine::{Subject as Scene, encode};
 use crate::error::InputError;

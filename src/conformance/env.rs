@@ -6,9 +6,9 @@ use rtl_model::unit::{Alone, Needs, Ports, Results, State, Wire, Words};
 use rtl_model::{Config, Texture, Unit};
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
-use super::cases::Stimulus;
 use super::field::{Field, Shape, beside, components, registers};
 use super::memory;
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use crate::engine::encode;
 use crate::engine::probe::RtlProbe;

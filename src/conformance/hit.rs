@@ -4,9 +4,9 @@ use rtl_model::Config;
 use rtl_model::regs::Reg;
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
-use super::cases::Stimulus;
 use super::field::{Field, Shape, beside, components, registers};
 use super::memory;
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use crate::engine::hit::{HitRtl, words};
 use crate::engine::probe::RtlProbe;

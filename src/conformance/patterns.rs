@@ -1,7 +1,7 @@
 //! Patterns that arithmetic fails on: exponent classes times significand patterns, and codes at the ends of a register.
 
 use super::field::{Field, Meaning};
-use super::random::Random;
+use crate::random::Random;
 
 /// Exponents of binary64 words at level 1: zero, the subnormals, the ends, around 1, and where registers end.
 const EXPONENTS: [u64; 17] = [

@@ -7,8 +7,8 @@ use rtl_model::regs::Event;
 use rtl_model::stages::ray_cone::{Cfg, Step, ray_cone};
 
 use super::bench::{Bench, Model, flag_bits, put_words};
-use super::cases::Stimulus;
 use super::field::{Field, Shape};
+use super::stimuli::Stimulus;
 use super::tex::small;
 use crate::engine::probe::RtlProbe;
 use crate::stage::Stage;

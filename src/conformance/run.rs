@@ -1,9 +1,10 @@
 //! Running suites: cases in parallel, the first failure minimised.
 
 use super::bench::{Bench, Build, Model, model, overlay};
-use super::cases::{Class, Place, Stimulus, fill};
+use super::cases::{Class, Place, fill};
 use super::check::{Difference, beyond, difference};
 use super::exact::{Case, Finding, Judge};
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use super::suite::Suite;
 use crate::engine::probe::RtlProbe;

@@ -4,7 +4,6 @@ use rtl_model::regs::Reg;
 use rtl_model::{Texture, Unit};
 
 use super::extremes::{env, straight};
-use super::random::Random;
 use super::study_rays::finite;
 use crate::cube::{FACE_AXES, FACE_NAMES, major_face};
 use crate::engine::encode;
@@ -12,6 +11,7 @@ use crate::engine::probe::{RtlProbe, rtl};
 use crate::error::InputError;
 use crate::fragment::Fragment;
 use crate::policy::{Axis, Minor};
+use crate::random::Random;
 use crate::reference::{self, NoTap, Prepared};
 use crate::unit::{ReferenceAxis, UnitSpec, refused};
 
@@ -74,7 +74,7 @@ pub struct Row {
 /// Face size of the study.
 const FACE: u32 = 256;
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -287,7 +287,7 @@ pub fn jumps(spec: &UnitSpec, pairs: u32) -> Result<Vec<Jump>, InputError> {
     let (prepared, float) = (Prepared::new(&settings), reference::Texture::new(&map));
     let mut out = Vec::new();
     for (kind, name) in BREAKS.into_iter().enumerate() {
-        let mut random = Random::new(3, 0x6a75_6d70, u64::try_from(kind).unwrap_or(0));
+        let mut random = Random::of_case(3, 0x6a75_6d70, u64::try_from(kind).unwrap_or(0));
         let (mut rtl, mut f64) = ([0.0f64; 2], [0.0f64; 2]);
         for _ in 0..pairs {
             let both = sides(kind, &mut random);

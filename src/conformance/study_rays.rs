@@ -1,18 +1,18 @@
 //! The extremes of rays: HIT in a room, ray cones, and their footprints on 2-D textures.
 
-use rtl_model::cone::Dyadic;
 use rtl_model::fx::Flags;
-use rtl_model::regs::{Event, Reg};
-use rtl_model::stages::ray_cone::{self, Cfg};
+use rtl_model::regs::Reg;
+use rtl_model::stages::ray_cone::{Cfg, ray_cone};
 
-use super::cases::OPERATIONS;
 use super::extremes::{Request, hit, tex as requests};
 use super::ray_cone::OPERATIONS as NAMES;
-use super::study::{Row, number};
+use super::stimuli::OPERATIONS;
+use super::study::{Row, dot, number};
 use crate::distance::Distance;
+use crate::engine::cones::{event_names, rtl_step};
 use crate::engine::hit::{HitF64, HitResult, HitRtl};
-use crate::engine::probe::{Code, RtlProbe};
-use crate::engine::tex::{TexRtl, words};
+use crate::engine::probe::RtlProbe;
+use crate::engine::tex::{TexRtl, value, words};
 use crate::error::InputError;
 use crate::fragment::{HitFragment, Tangents, TexFragment};
 use crate::reference::ray_cone as float;
@@ -23,10 +23,6 @@ use crate::unit::{ReferenceAxis, UnitSpec};
 const ROOM: [f64; 3] = [3.0, 2.0, 4.0];
 /// Texels of the texture.
 const SIZE: [u32; 2] = [256, 256];
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
 
 fn length(v: [f64; 3]) -> f64 {
     dot(v, v).sqrt()
@@ -114,21 +110,6 @@ pub fn searches(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
     Ok(rows.collect())
 }
 
-/// A cone's number as a double.
-fn decimal(x: Dyadic) -> f64 {
-    let m = i64::try_from(x.m).unwrap_or(i64::MAX);
-    Code {
-        raw: if x.negative { -m } else { m },
-        frac: -x.e,
-    }
-    .value()
-}
-
-fn event_names(flags: Flags) -> Vec<String> {
-    let set = Event::ALL.iter().filter(|event| flags.has_event(**event));
-    set.map(|event| event.name().to_string()).collect()
-}
-
 /// Every row of the cones' operations by OTK's formulas as the note writes them, in doubles, by the registers and by the float reference.
 pub fn cones(spec: &UnitSpec) -> Vec<Row> {
     let cfg = Cfg::new(&spec.config);
@@ -164,18 +145,7 @@ pub fn cones(spec: &UnitSpec) -> Vec<Row> {
             let mut flags = Flags::default();
             let mut dither = cfg.dither(0);
             let cone = cfg.load([a, w].map(f64::to_bits), &mut dither, &mut flags);
-            let operand = |k: f64| Dyadic::binary64(k.to_bits()).0;
-            let mine = match operation {
-                0 => ray_cone::Step::Propagate(operand(x)),
-                1 => ray_cone::Step::Reflect(operand(x)),
-                2 => ray_cone::Step::Refract {
-                    curvature: operand(x),
-                    outside: operand(y),
-                    inside: operand(z),
-                },
-                _ => ray_cone::Step::Scatter(operand(x)),
-            };
-            let cone = ray_cone::ray_cone(&cfg, cone, mine, &mut dither, &mut flags);
+            let cone = ray_cone(&cfg, cone, rtl_step(step).0, &mut dither, &mut flags);
             let start = float::Cone {
                 angle: float::Angle(a),
                 width: float::Width(w),
@@ -193,12 +163,9 @@ pub fn cones(spec: &UnitSpec) -> Vec<Row> {
                     "finite" => pair(note[0], note[1]),
                     wrong => wrong.into(),
                 },
-                rtl: pair(
-                    decimal(cfg.angle(cone.angle)),
-                    decimal(cfg.width(cone.width)),
-                ),
+                rtl: pair(value(cfg.angle(cone.angle)), value(cfg.width(cone.width))),
                 f64: pair(theirs.angle.0, theirs.width.0),
-                flags: event_names(flags),
+                flags: event_names(flags).map(str::to_string).collect(),
             }
         });
     rows.collect()
@@ -255,7 +222,7 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         let cone = cfg.load(ports, &mut cfg.dither(0), &mut flags);
         let mut probe = RtlProbe::default();
         let (_, out) = engine.lanes::<1, _>(&[words(&fragment, cone)], &mut probe);
-        let value = |reg: Reg, k: usize| probe.get(reg).get(k).map_or(0.0, |c| c.value());
+        let register = |reg: Reg, k: usize| probe.get(reg).get(k).map_or(0.0, |c| c.value());
         let size = SIZE.map(|n| usize::try_from(n).unwrap_or(1));
         let theirs = reference::tex(&prepared, request.width, &fragment, size, None, &mut NoTap);
         let text = |dd: [f64; 4], lambda: [f64; 2], probes: i64, lod: f64| {
@@ -267,21 +234,21 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
             )
         };
         let [x, y] = theirs.dd;
-        let mut names = event_names(flags);
+        let mut names: Vec<String> = event_names(flags).map(str::to_string).collect();
         names.extend(engine.flags(&out, 0));
         Row {
             name: name.into(),
             paper: note(&request),
             rtl: text(
                 [
-                    value(Reg::SurfDdx, 0),
-                    value(Reg::SurfDdx, 1),
-                    value(Reg::SurfDdy, 0),
-                    value(Reg::SurfDdy, 1),
+                    register(Reg::SurfDdx, 0),
+                    register(Reg::SurfDdx, 1),
+                    register(Reg::SurfDdy, 0),
+                    register(Reg::SurfDdy, 1),
                 ],
-                [value(Reg::EigenLambda, 0), value(Reg::EigenLambda, 1)],
+                [register(Reg::EigenLambda, 0), register(Reg::EigenLambda, 1)],
                 out.probes[0],
-                value(Reg::FootLod, 0),
+                register(Reg::FootLod, 0),
             ),
             f64: text(
                 [x[0], x[1], y[0], y[1]],

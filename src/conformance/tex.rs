@@ -7,10 +7,10 @@ use rtl_model::regs::Reg;
 use rtl_model::unit::{Tangents, TexWords};
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
-use super::cases::Stimulus;
 use super::field::{Field, Meaning, Shape, registers};
 use super::hit::behind;
 use super::memory;
+use super::stimuli::Stimulus;
 use super::subject::Subject;
 use crate::engine::probe::RtlProbe;
 use crate::engine::tex::TexRtl;

@@ -2,6 +2,7 @@
 
 use rtl_model::cone::{Cone as RtlCone, Dither, Dyadic};
 use rtl_model::fx::Flags;
+use rtl_model::regs as model;
 use rtl_model::stages::ray_cone::{self as rtl, Cfg, camera as rtl_camera};
 
 use super::dispatch::{self, Level, Task};
@@ -55,6 +56,14 @@ pub fn rtl_step(step: Step) -> (rtl::Step, bool) {
         Step::Scatter(f) => rtl::Step::Scatter(take(f)),
     };
     (out, finite)
+}
+
+/// Names of the events that are set: what a cone's loads and stores report.
+pub fn event_names(flags: Flags) -> impl Iterator<Item = &'static str> {
+    let set = model::Event::ALL
+        .iter()
+        .filter(move |event| flags.has_event(**event));
+    set.map(|event| event.name())
 }
 
 fn operand(x: f64) -> Dyadic {

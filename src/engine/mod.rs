@@ -15,6 +15,7 @@ pub mod rtl;
 pub mod sampler;
 pub mod tex;
 mod tex_requests;
+mod tex_row;
 pub mod tex_subject;
 pub mod tiles;
 

@@ -10,14 +10,15 @@ use rtl_model::unit::{Results, TexState, TexWords};
 use super::dispatch::LANES;
 use super::gpu::Reports;
 use super::gpu::tex::{AskedGpu, GpuTex};
-use super::hit::{HitF64, HitResult, HitRtl};
+use super::hit::{HitF64, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::reuse::lines::{Line, TexLine};
 use super::reuse::tex::{First, KeptBlocks, KeptRow};
 use super::tex::TexRtl;
-use super::tex_requests::{AskedRtl, Request, scene_row};
-use super::tiles::{Tiles, level_colour};
+use super::tex_requests::{AskedRtl, scene_row};
+use super::tex_row::Row;
+use super::tiles::Tiles;
 use super::{Progress, Rendering, TextureUse, to_u64};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
@@ -52,82 +53,6 @@ pub struct TexEngine {
     pub textures: Vec<TexRtl>,
     /// The unit for the environment: a hit with no wall is a bare cone.
     pub sky: HitRtl,
-}
-
-/// What a row's requests came to.
-struct Row {
-    rgb: Vec<[f64; 3]>,
-    levels: Vec<[f64; 4]>,
-    probes: u64,
-    texels: u64,
-    flags: BTreeMap<String, u64>,
-    tiles: Vec<Tiles>,
-    /// Seconds for paths, and for everything else.
-    seconds: [f64; 2],
-}
-
-impl Row {
-    fn new(width: usize) -> Self {
-        Self {
-            rgb: vec![[0.0; 3]; width],
-            levels: vec![[0.0; 4]; width],
-            probes: 0,
-            texels: 0,
-            flags: BTreeMap::new(),
-            tiles: Vec::new(),
-            seconds: [0.0; 2],
-        }
-    }
-
-    fn add(&mut self, column: usize, weight: f64, colour: [f64; 3]) {
-        for (sum, c) in self.rgb[column].iter_mut().zip(colour) {
-            *sum += weight * c;
-        }
-    }
-
-    fn level(&mut self, column: usize, weight: f64, lod: f64) {
-        let [r, g, b] = level_colour(lod);
-        for (sum, c) in self.levels[column].iter_mut().zip([r, g, b, 1.0]) {
-            *sum += weight * c;
-        }
-    }
-
-    /// Adds what one lane found for a request to a texture.
-    fn look(
-        &mut self,
-        unit: &TexRtl,
-        index: usize,
-        request: &Request<TexWords>,
-        (state, out, lane): (&TexState<LANES>, &Results<LANES>, usize),
-    ) {
-        let result = unit.result(state, out, lane);
-        self.add(request.column, request.weight, result.color);
-        self.level(request.column, request.weight, result.lod);
-        self.probes += u64::from(result.probes);
-        self.texels += result.texels;
-        if !out.flags[lane].is_empty() {
-            for name in unit.flags(out, lane) {
-                *self.flags.entry(name).or_default() += 1;
-            }
-        }
-        if let Some(texture) = &unit.texture {
-            let tiles = &mut self.tiles[index];
-            unit.unit.footprints(state, lane, texture, &mut |at| {
-                tiles.touch(at.level, at.texel);
-            });
-        }
-    }
-
-    fn sky(&mut self, asked: &[Request<HitFragment>], found: Vec<HitResult>) {
-        for (request, found) in asked.iter().zip(found) {
-            self.add(request.column, request.weight, found.color);
-            self.probes += u64::from(found.probes);
-            self.texels += found.texels;
-            for name in found.flags {
-                *self.flags.entry(name).or_default() += 1;
-            }
-        }
-    }
 }
 
 impl TexEngine {

@@ -2,9 +2,9 @@
 
 use toml::de::DeTable;
 
-use super::random::Random;
 use super::read::Reader;
 use crate::error::InputError;
+use crate::random::Random;
 use crate::unit::UnitSpec;
 use crate::unit::knobs::Value;
 
@@ -132,7 +132,7 @@ impl Axis {
     pub fn draw(&self, random: &mut Random) -> Value {
         match &self.values {
             Values::Listed(values) => {
-                let index = random.below(values.len());
+                let index = random.index(values.len());
                 values.get(index).cloned().unwrap_or(Value::Integer(0))
             }
             Values::Drawn {

@@ -7,11 +7,11 @@ pub mod front;
 pub mod measures;
 pub mod plan;
 pub mod points;
-pub mod random;
 mod read;
 pub mod report;
 pub mod rows;
 pub mod runner;
+mod scene;
 pub mod size;
 pub mod store;
 

@@ -92,6 +92,14 @@ fn broken(path: &Path, expected: &str, found: impl ToString) -> InputError {
 const MAX_BYTES: u64 = 4 << 30;
 
 impl Results {
+    /// The first path of every axis.
+    #[must_use]
+    pub fn axes(&self) -> Vec<String> {
+        let all = self.header["axes"].as_array().into_iter().flatten();
+        all.filter_map(|axis| axis.get(0).and_then(Value::as_str).map(String::from))
+            .collect()
+    }
+
     /// Reads a result file or a journal. A last line that was cut off, as a machine that stops leaves it, is dropped
     /// if `torn` allows it.
     ///

@@ -2,7 +2,7 @@
 
 use rtl_model::fx::Rounding;
 use tapline::conformance::budget::{Row, Verdict, registers};
-use tapline::conformance::random::Random;
+use tapline::random::Random;
 use tapline::unit::UnitSpec;
 
 fn named(rows: &[Row], verdict: Verdict) -> Vec<String> {
@@ -24,7 +24,7 @@ fn every_register_of_the_default_unit_has_a_bound_that_holds_and_is_not_vacuous(
 
 /// Words, roundings and tables at random around the default's; `None` where the model refuses them.
 fn random_unit(seed: u64) -> UnitSpec {
-    let mut random = Random::new(seed, 0, 0);
+    let mut random = Random::of_case(seed, 0, 0);
     let mut spec = UnitSpec::default();
     let mut below = |n: u64| u32::try_from(random.below(n)).unwrap();
     for format in &mut spec.config.formats {

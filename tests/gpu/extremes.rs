@@ -14,14 +14,14 @@ use crate::support::{PLAIN, assert_explained, noisy_cube, numbered, on_gpu};
 /// The names of flags that a device may add: it left its range.
 const OWN: [&str; 3] = ["gpu.overflow", "gpu.input.saturated", "gpu.input.underflow"];
 
-struct Both {
-    gpu: Filtered,
-    f64: Env,
-    names: Vec<&'static str>,
+pub(crate) struct Both {
+    pub(crate) gpu: Filtered,
+    pub(crate) f64: Env,
+    pub(crate) names: Vec<&'static str>,
 }
 
 impl Both {
-    fn left_the_range(&self) -> bool {
+    pub(crate) fn left_the_range(&self) -> bool {
         self.names
             .iter()
             .any(|n| OWN.contains(n) || n.ends_with(".saturated"))
@@ -29,7 +29,12 @@ impl Both {
 }
 
 /// The fragments through stage checks, the fused kernel and the float reference.
-fn run(gpu: &Gpu, settings: &Settings, map: &CubeMap, fragments: &[Fragment]) -> Vec<Both> {
+pub(crate) fn run(
+    gpu: &Gpu,
+    settings: &Settings,
+    map: &CubeMap,
+    fragments: &[Fragment],
+) -> Vec<Both> {
     let numbered = numbered(fragments);
     let checks = check_env(gpu, settings, map, &numbered, &|_| {}).expect("the device stays");
     assert_explained(&checks, 20);
@@ -55,7 +60,7 @@ fn run(gpu: &Gpu, settings: &Settings, map: &CubeMap, fragments: &[Fragment]) ->
 }
 
 /// The fused kernel has the reference's probes, flags, LOD and colour: `steps` 8-bit steps of the map's range at most.
-fn agree(both: &[Both], steps: f64) {
+pub(crate) fn agree(both: &[Both], steps: f64) {
     for (i, b) in both.iter().enumerate() {
         assert!(b.gpu.color.iter().all(|c| c.is_finite()), "{i}");
         if b.left_the_range() {
@@ -83,7 +88,7 @@ fn agree(both: &[Both], steps: f64) {
 }
 
 /// The cases of one extreme, which nothing takes out of the range.
-fn extreme(fragments: &[Fragment]) {
+pub(crate) fn extreme(fragments: &[Fragment]) {
     on_gpu(|gpu| {
         let both = run(gpu, &Settings::default(), &noisy_cube(64), fragments);
         assert!(
@@ -95,7 +100,7 @@ fn extreme(fragments: &[Fragment]) {
 }
 
 /// v, n along z; ∂n given: D = 2·∂n there.
-fn bent(dn_dx: [f64; 3], dn_dy: [f64; 3]) -> Fragment {
+pub(crate) fn bent(dn_dx: [f64; 3], dn_dy: [f64; 3]) -> Fragment {
     Fragment {
         dn_dx,
         dn_dy,
@@ -348,89 +353,6 @@ fn extreme_one_probe_at_most() {
     });
 }
 
-/// A fragment that looks along a direction.
-fn looking(to: [f64; 3]) -> Fragment {
-    // n = 2v reflects v onto itself: v_r = 4v⟨v,v⟩.
-    Fragment {
-        v: to,
-        n: to,
-        dv_dx: [0.0009765625, 0.0, 0.0],
-        dv_dy: [0.0, 0.0009765625, 0.0],
-        ..PLAIN
-    }
-}
-
-#[test]
-fn extreme_equal_largest_components() {
-    let fragments: Vec<Fragment> = [
-        [1.0, 1.0, 1.0],
-        [-1.0, 1.0, 0.5],
-        [1.0, -0.5, -1.0],
-        [0.25, 1.0, -1.0],
-    ]
-    .map(looking)
-    .to_vec();
-    extreme(&fragments);
-}
-
-#[test]
-fn extreme_cube_corner_and_edge_exactly_and_one_ulp_to_each_side() {
-    let ulp = f64::from(f32::EPSILON);
-    let near = [1.0 - ulp, 1.0, 1.0 + ulp];
-    let fragments: Vec<Fragment> = near
-        .iter()
-        .flat_map(|a| {
-            near.map(|b| {
-                [
-                    looking([1.0, *a, b]),
-                    looking([1.0, *a, 0.25]),
-                    looking([0.25, -1.0, b]),
-                ]
-            })
-        })
-        .flatten()
-        .collect();
-    extreme(&fragments);
-}
-
-#[test]
-fn extreme_a_probe_line_over_two_edges_keeps_a_constant() {
-    on_gpu(|gpu| {
-        let mut map = noisy_cube(16);
-        for level in &mut map.levels {
-            level.texels.fill([0.75, 0.5, 0.25]);
-        }
-        let fragments = [
-            bent([1.5, 1.5, 0.0], [0.0; 3]),
-            bent([4.0, -4.0, 0.0], [0.0; 3]),
-        ];
-        let both = run(gpu, &Settings::default(), &map, &fragments);
-        agree(&both, 0.05);
-        for b in &both {
-            assert_eq!(b.gpu.color, [0.75, 0.5, 0.25], "to the bit");
-            assert_eq!(b.gpu.probes, 16);
-        }
-    });
-}
-
-#[test]
-fn extreme_faces_of_one_texel_and_of_sizes_that_are_no_power_of_two() {
-    on_gpu(|gpu| {
-        for size in [1, 3, 6, 17] {
-            let fragments: Vec<Fragment> = [[0.1, 0.2, 1.0], [1.0, 1.0, 1.0], [-1.0, 0.9, 0.95]]
-                .map(|to| Fragment {
-                    dn_dx: [0.125, 0.0625, 0.0],
-                    ..looking(to)
-                })
-                .to_vec();
-            agree(
-                &run(gpu, &Settings::default(), &noisy_cube(size), &fragments),
-                0.05,
-            );
-        }
-    });
-}
-
 #[test]
 fn extreme_h_parallel_to_n() {
     on_gpu(|gpu| {
@@ -462,25 +384,6 @@ fn extreme_covariances_with_c_0_with_b_squared_above_ac_and_all_zero() {
         })
         .to_vec();
     extreme(&fragments);
-}
-
-#[test]
-fn extreme_texels_of_65504_and_2_to_the_minus_24() {
-    on_gpu(|gpu| {
-        let mut map = noisy_cube(8);
-        for level in &mut map.levels {
-            for (i, texel) in level.texels.iter_mut().enumerate() {
-                let least = 1.0 / 16_777_216.0;
-                *texel = [[65504.0, least, 0.0], [least, 65504.0, 65504.0]][i % 2];
-            }
-        }
-        let fragments = [
-            bent([0.125, 0.0625, 0.0], [0.0, 0.03125, 0.0]),
-            looking([1.0, 0.9, 0.99]),
-        ];
-        let both = run(gpu, &Settings::default(), &map, &fragments);
-        agree(&both, 65504.0 * 0.05);
-    });
 }
 
 #[test]

@@ -10,6 +10,9 @@
 mod extremes;
 mod extremes_hit;
 mod extremes_tex;
+mod extremes_texture;
+#[path = "../gpu_support/mod.rs"]
+mod gpu_support;
 mod policies;
 mod scenes;
 mod shaders;

@@ -1,5 +1,7 @@
 //! What the tests on a GPU share: the device, maps, judgement.
 
+use crate::gpu_support::device;
+pub(crate) use tapline::conformance::extremes::PLAIN;
 use tapline::cube::{CubeLevel, CubeMap};
 use tapline::engine::gpu::check::StageChecks;
 use tapline::fragment::{Fragment, PixelFragment};
@@ -8,28 +10,10 @@ use tapline::image::mips::build_mips;
 
 /// Runs a test on the device, or says that there is none.
 pub(crate) fn on_gpu(test: impl FnOnce(&Gpu)) {
-    match Gpu::open(None) {
-        Ok(gpu) => test(&gpu),
-        Err(error) => {
-            let required = std::env::var_os("TAPLINE_REQUIRE_GPU").is_some_and(|v| v == "1");
-            assert!(!required, "TAPLINE_REQUIRE_GPU is 1, and {error}");
-            eprintln!("skipped, not checked: {error}");
-        }
+    if let Some(gpu) = device() {
+        test(&gpu);
     }
 }
-
-/// A plain fragment: the eye and the normal along +z, nothing changes.
-pub(crate) const PLAIN: Fragment = Fragment {
-    v: [0.0, 0.0, 1.0],
-    n: [0.0, 0.0, 1.0],
-    dv_dx: [0.0; 3],
-    dv_dy: [0.0; 3],
-    dn_dx: [0.0; 3],
-    dn_dy: [0.0; 3],
-    h: None,
-    bump: None,
-    rough: None,
-};
 
 /// Fragments with pixels by their index.
 pub(crate) fn numbered(fragments: &[Fragment]) -> Vec<PixelFragment> {

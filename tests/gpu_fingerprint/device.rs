@@ -7,24 +7,10 @@ use tapline::fingerprint::rho::{Projection, Rho};
 use tapline::fingerprint::steps::{Rounding, Steps};
 use tapline::fingerprint::unit::{Format, Source};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
+use tapline::gpu::Gpu;
 use tapline::gpu::sampling::DeviceSampler;
-use tapline::gpu::{Gpu, GpuError};
 
-/// The device; a visible skip without one, unless TAPLINE_REQUIRE_GPU is set.
-pub(crate) fn gpu() -> Option<Gpu> {
-    match Gpu::open(None) {
-        Ok(gpu) => Some(gpu),
-        Err(error) => {
-            assert!(
-                error == GpuError::NoAdapter
-                    && std::env::var_os("TAPLINE_REQUIRE_GPU").is_none_or(|v| v != "1"),
-                "TAPLINE_REQUIRE_GPU is set: {error}"
-            );
-            eprintln!("skipped: {error}");
-            None
-        }
-    }
-}
+pub(crate) use crate::gpu_support::device as gpu;
 
 fn of(gpu: &Gpu) -> Fingerprint {
     fingerprint(&mut DeviceSampler::new(gpu), &|_| {}).expect("the device does its work")

@@ -2,5 +2,7 @@
 
 mod command;
 mod device;
+#[path = "../gpu_support/mod.rs"]
+mod gpu_support;
 mod models;
 mod planted;

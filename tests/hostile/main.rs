@@ -8,6 +8,7 @@ use peak_alloc::PeakAlloc;
 use rayon::prelude::*;
 use tapline::error::InputError;
 use tapline::image::install_quiet_panic_hook;
+use tapline::random::Random;
 use tapline::untrusted::Reader;
 
 #[global_allocator]
@@ -41,30 +42,19 @@ fn corpus(reader: Reader) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// The next number of a SplitMix64 sequence.
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 /// A copy with a few bytes changed, cut out, doubled or replaced by extremes.
 fn damage(bytes: &[u8], seed: u64) -> Vec<u8> {
-    let mut state = seed;
+    let mut random = Random::new(seed);
     let mut out = bytes.to_vec();
-    let place =
-        |state: &mut u64, length: usize| usize::try_from(next(state)).unwrap() % length.max(1);
-    for _ in 0..=next(&mut state) % 4 {
+    for _ in 0..=random.below(4) {
         if out.is_empty() {
             return out;
         }
-        let at = place(&mut state, out.len());
-        let end = (at + 1 + place(&mut state, 8)).min(out.len());
-        match next(&mut state) % 6 {
-            0 => out[at] ^= 1 << (next(&mut state) % 8),
-            1 => out[at..end].fill([0, 0x7f, 0x80, 0xff][place(&mut state, 4)]),
+        let at = random.index(out.len());
+        let end = (at + 1 + random.index(8)).min(out.len());
+        match random.below(6) {
+            0 => out[at] ^= 1 << random.below(8),
+            1 => out[at..end].fill([0, 0x7f, 0x80, 0xff][random.index(4)]),
             2 => out.truncate(at),
             3 => drop(out.drain(at..end)),
             4 => {

@@ -1,8 +1,9 @@
 //! Jumps of the colour where a continuous filter would have none: measured and printed.
 
 use crate::reference_support::{PLAIN, Random, plain};
-use crate::rtl_support::{Traced, straight, trace};
+use crate::rtl_support::{Traced, trace};
 use rtl_model::regs::Reg;
+use tapline::conformance::extremes::straight;
 use tapline::engine::encode;
 use tapline::fragment::Fragment;
 use tapline::unit::UnitSpec;

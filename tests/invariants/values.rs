@@ -11,8 +11,9 @@ use tapline::engine::probe::Code;
 use tapline::fragment::Fragment;
 use tapline::unit::{UnitSpec, file};
 
-use crate::reference_support::{PLAIN, Random, map};
-use crate::rtl_support::{Traced, lod, straight, trace};
+use crate::reference_support::{PLAIN, Random, map, smaller};
+use crate::rtl_support::{Traced, lod, trace};
+use tapline::conformance::extremes::straight;
 
 /// A unit with these settings.
 fn unit(sets: &[&str]) -> UnitSpec {
@@ -61,15 +62,9 @@ fn noise(size: usize, random: &mut Random) -> CubeMap {
 /// A fragment whose footprint is neither a point nor the whole sky.
 fn fragment(random: &mut Random) -> Fragment {
     let scale = libm::exp2(-4.0 + 3.0 * random.signed());
-    let small = |d: [f64; 3]| d.map(|x| x * scale);
-    let f = random.fragment();
     Fragment {
-        dv_dx: small(f.dv_dx),
-        dv_dy: small(f.dv_dy),
-        dn_dx: small(f.dn_dx),
-        dn_dy: small(f.dn_dy),
         h: None,
-        ..f
+        ..smaller(&random.fragment(), scale)
     }
 }
 

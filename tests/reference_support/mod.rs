@@ -5,7 +5,8 @@
     reason = "each test binary uses its own part of this module"
 )]
 
-use tapline::cube::{CubeLevel, CubeMap, FACE_AXES};
+pub(crate) use tapline::conformance::extremes::PLAIN;
+use tapline::cube::{CubeLevel, CubeMap, FACE_AXES, direction, face_uv};
 use tapline::fragment::Fragment;
 use tapline::reference::{Env, Tap};
 use tapline::stage::Stage;
@@ -150,30 +151,8 @@ pub(crate) fn map(size: usize, texel: impl Fn(usize, usize, usize) -> [f32; 3]) 
     CubeMap { levels }
 }
 
-pub(crate) const PLAIN: Fragment = Fragment {
-    v: [0.0, 0.0, 1.0],
-    n: [0.0, 0.0, 1.0],
-    dv_dx: [0.0; 3],
-    dv_dy: [0.0; 3],
-    dn_dx: [0.0; 3],
-    dn_dy: [0.0; 3],
-    h: None,
-    bump: None,
-    rough: None,
-};
-
 pub(crate) fn plain(v: [f64; 3]) -> Fragment {
-    Fragment {
-        v,
-        n: v,
-        dv_dx: [0.0; 3],
-        dv_dy: [0.0; 3],
-        dn_dx: [0.0; 3],
-        dn_dy: [0.0; 3],
-        h: None,
-        bump: None,
-        rough: None,
-    }
+    Fragment { v, n: v, ..PLAIN }
 }
 
 /// A map of random texels in 0…1, multiples of 1/256: sums of four halve exactly in floats.
@@ -244,4 +223,48 @@ pub(crate) fn symmetries() -> Vec<[[f64; 3]; 3]> {
         }
     }
     all
+}
+
+/// A fragment whose derivatives are scaled.
+pub(crate) fn smaller(f: &Fragment, scale: f64) -> Fragment {
+    Fragment {
+        dv_dx: scaled(scale, f.dv_dx),
+        dv_dy: scaled(scale, f.dv_dy),
+        dn_dx: scaled(scale, f.dn_dx),
+        dn_dy: scaled(scale, f.dn_dy),
+        ..*f
+    }
+}
+
+/// A fragment turned by a symmetry of the cube.
+pub(crate) fn turned(f: &Fragment, matrix: &[[f64; 3]; 3]) -> Fragment {
+    Fragment {
+        v: apply(matrix, f.v),
+        n: apply(matrix, f.n),
+        dv_dx: apply(matrix, f.dv_dx),
+        dv_dy: apply(matrix, f.dv_dy),
+        dn_dx: apply(matrix, f.dn_dx),
+        dn_dy: apply(matrix, f.dn_dy),
+        ..*f
+    }
+}
+
+/// The map of `cube`'s level 0 turned by a symmetry of the cube, with its own mips.
+pub(crate) fn turned_map(cube: &CubeMap, matrix: &[[f64; 3]; 3]) -> CubeMap {
+    let half = cube.size() as f64 / 2.0;
+    let inverse: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| matrix[j][i]));
+    map(cube.size(), |face, x, y| {
+        let [u, v] = [x, y].map(|t| (t as f64 + 0.5) / half - 1.0);
+        let (face, u, v) = face_uv(apply(&inverse, direction(face, u, v)));
+        let [x, y] = [u, v].map(|u| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a texel's index"
+            )]
+            let index = ((u + 1.0) * half) as usize;
+            index
+        });
+        cube.levels[0].texel(face, x, y)
+    })
 }

@@ -113,21 +113,6 @@ pub(crate) fn bound(name: &str) -> f64 {
     all.iter().find(|b| b.name == name).unwrap().bound
 }
 
-/// D = [[p, q], [r, s]] seen straight on: v = n = +z, where D = (2∂n_x, −2∂n_y).
-pub(crate) fn straight([[p, q], [r, s]]: [[f64; 2]; 2]) -> Fragment {
-    Fragment {
-        dn_dx: [p / 2.0, -r / 2.0, 0.0],
-        dn_dy: [q / 2.0, -s / 2.0, 0.0],
-        v: [0.0, 0.0, 1.0],
-        n: [0.0, 0.0, 1.0],
-        dv_dx: [0.0; 3],
-        dv_dy: [0.0; 3],
-        h: None,
-        bump: None,
-        rough: None,
-    }
-}
-
 /// The traced level of detail.
 pub(crate) fn lod(t: &Traced) -> f64 {
     t.value(Reg::FootLod, 0)

@@ -329,16 +329,7 @@ impl<'a> Sheet<'a> {
     pub fn choice(&mut self, name: &'static str, observed: i64, expected: i64) {
         #[expect(clippy::cast_precision_loss, reason = "small numbers")]
         let (exact, error) = (expected as f64, (observed - expected).unsigned_abs() as f64);
-        self.findings.push(Finding {
-            stage: self.stage,
-            reg: None,
-            name,
-            component: 0,
-            observed,
-            exact,
-            error,
-            bound: 0.0,
-        });
+        self.number(name, observed, exact, error, 0.0);
     }
 
     /// A number that is no register of the fixed kind, in its own LSB.

@@ -53,12 +53,7 @@ pub(super) fn all(results: &Results, on_front: &[bool], error: &str) -> Vec<Char
             places.push(here);
         }
     }
-    let axes: Vec<String> = results.header["axes"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|a| text(&a[0]))
-        .collect();
+    let axes = results.axes();
     let mut out = Vec::new();
     for (number, here) in places.iter().enumerate() {
         let rows: Vec<(&Value, bool)> = results

@@ -5,7 +5,9 @@
 mod charts;
 pub mod details;
 mod footprint;
+mod section;
 mod svg;
+mod view;
 
 use serde_json::Value;
 
@@ -52,7 +54,7 @@ pub fn page(results: &Results, details: Option<&Value>) -> (String, Vec<(String,
     }
     if let Some(details) = details {
         for detail in details.as_array().into_iter().flatten() {
-            let (section, figures) = details::section(detail);
+            let (section, figures) = section::section(detail);
             out += &section;
             files.extend(figures);
         }
@@ -161,12 +163,7 @@ pub(super) fn shown(row: &Value, name: &str) -> String {
 }
 
 fn table(results: &Results, on_front: &[bool]) -> String {
-    let axes: Vec<String> = results.header["axes"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|a| text(&a[0]))
-        .collect();
+    let axes = results.axes();
     let columns: Vec<&str> = [
         "truth_psnr_db",
         "psnr_db",

@@ -1,13 +1,20 @@
-//! Seeded numbers: a case's numbers depend on its seed and its index alone, so that any case can be replayed.
+//! Seeded numbers, the same on every machine.
 
-/// A generator of 64-bit words (SplitMix64).
+/// SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014): a counter times a
+/// constant, then mixed.
 #[derive(Clone, Copy, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// The numbers of case `index` under a seed and a salt, which keeps classes apart.
+    /// The numbers of a seed.
     #[must_use]
-    pub fn new(seed: u64, salt: u64, index: u64) -> Self {
+    pub const fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// The numbers of case `index` under a seed and a salt, which keeps classes apart: any case can be replayed alone.
+    #[must_use]
+    pub fn of_case(seed: u64, salt: u64, index: u64) -> Self {
         let mut out = Self(seed);
         out.0 = out.word() ^ salt;
         out.0 = out.word() ^ index;
@@ -63,5 +70,23 @@ impl Random {
     /// Three doubles in (−1, 1).
     pub fn vector(&mut self) -> [f64; 3] {
         [self.signed(), self.signed(), self.signed()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_numbers_are_the_published_ones_and_stay_in_range() {
+        // The sequence of seed 1234567 in the authors' reference implementation.
+        let mut random = Random::new(1_234_567);
+        let first: Vec<u64> = (0..2).map(|_| random.word()).collect();
+        assert_eq!(
+            first,
+            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
+        );
+        assert!((0..1000).all(|_| random.index(7) < 7 && random.unit() < 1.0));
+        assert_eq!((random.below(0), random.index(0)), (0, 0));
     }
 }
