@@ -42,11 +42,7 @@ fn main() {
     for (name, format, rounding) in [
         ("bf16_rne", ConeFormat::Bf16, StoreRounding::Rne),
         ("bf16_truncate", ConeFormat::Bf16, StoreRounding::Truncate),
-        (
-            "bf16_stochastic",
-            ConeFormat::Bf16,
-            StoreRounding::Stochastic,
-        ),
+        ("bf16_stochastic", ConeFormat::Bf16, StoreRounding::Stochastic),
         ("f16_rne", ConeFormat::F16, StoreRounding::Rne),
         ("f32_rne", ConeFormat::F32, StoreRounding::Rne),
     ] {
@@ -87,36 +83,21 @@ fn main() {
     let mut group = criterion.benchmark_group("operation");
     group.throughput(Throughput::Elements(1));
     let cfg = cfg(ConeFormat::Bf16, StoreRounding::Rne);
-    let cone = Cone {
-        angle: Angle(0x3c23),
-        width: Width(0x3d4c),
-    };
+    let cone = Cone { angle: Angle(0x3c23), width: Width(0x3d4c) };
     let operand = |x: f64| rtl_model::cone::Dyadic::binary64(x.to_bits()).0;
     for (name, step) in [
         ("propagate", Step::Propagate(operand(2.7))),
         ("reflect", Step::Reflect(operand(1.3))),
         (
             "refract",
-            Step::Refract {
-                curvature: operand(1.3),
-                outside: operand(1.0),
-                inside: operand(1.5),
-            },
+            Step::Refract { curvature: operand(1.3), outside: operand(1.0), inside: operand(1.5) },
         ),
         ("scatter", Step::Scatter(operand(0.8))),
     ] {
         group.bench_function(name, |b| {
             let mut dither = Dither::new(0, 0);
             let mut flags = Flags::default();
-            b.iter(|| {
-                ray_cone(
-                    &cfg,
-                    black_box(cone),
-                    black_box(step),
-                    &mut dither,
-                    &mut flags,
-                )
-            });
+            b.iter(|| ray_cone(&cfg, black_box(cone), black_box(step), &mut dither, &mut flags));
         });
     }
     group.finish();

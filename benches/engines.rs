@@ -45,11 +45,7 @@ fn main() {
     let mut criterion = Criterion::default().configure_from_args().sample_size(20);
     for scene in ["sphere", "scratches"] {
         let mut bench = Bench::new(scene);
-        println!(
-            "{scene}: {} fragments, {} probes",
-            bench.fragments(),
-            bench.probes()
-        );
+        println!("{scene}: {} fragments, {} probes", bench.fragments(), bench.probes());
         let mut group = criterion.benchmark_group(scene);
         group.throughput(Throughput::Elements(bench.fragments()));
         for part in PARTS.iter().filter(|part| used(scene, part)) {

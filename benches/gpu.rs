@@ -34,19 +34,11 @@ fn main() {
 }
 
 fn subject(name: &str, spec: &UnitSpec) -> Option<Subject> {
-    let options = SceneOptions {
-        width: 512,
-        height: 512,
-        ..SceneOptions::default()
-    };
+    let options = SceneOptions { width: 512, height: 512, ..SceneOptions::default() };
     let scene = scene::build(name, &options, &spec.settings(ReferenceAxis::Exact)).ok()?;
     let map = build_mips(scene.environment());
     let background = vec![[0.0; 3]; scene.width * scene.height];
-    Some(Subject {
-        scene,
-        map,
-        background,
-    })
+    Some(Subject { scene, map, background })
 }
 
 fn run(gpu: &Gpu) -> Result<(), GpuError> {
@@ -66,9 +58,7 @@ fn run(gpu: &Gpu) -> Result<(), GpuError> {
         let Ok(rtl) = RtlEngine::new(&spec, subject.needs(), &subject.map) else {
             continue;
         };
-        let f64 = F64Engine {
-            settings: settings.clone(),
-        };
+        let f64 = F64Engine { settings: settings.clone() };
         let (batch, on_device) = engine.upload(&subject.scene.fragments)?;
         let fragments = subject.scene.fragments.len();
         // Fragments per microsecond: rtl, f64, gpu, kernel.

@@ -82,11 +82,7 @@ pub fn across_edge(size: usize, face: usize, x: i64, y: i64) -> Option<(usize, u
         let value = if sign < 0.0 { -d[axis] } else { d[axis] };
         usize::try_from((value + n - 1).div_euclid(2).clamp(0, n - 1)).ok()
     };
-    Some((
-        other,
-        pick(FACE_AXES[other][0])?,
-        pick(FACE_AXES[other][1])?,
-    ))
+    Some((other, pick(FACE_AXES[other][0])?, pick(FACE_AXES[other][1])?))
 }
 
 /// One level of a cube map: linear RGB, six faces of `size` × `size` texels.

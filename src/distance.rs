@@ -51,10 +51,7 @@ impl Distance {
     /// No wall anywhere: every ray escapes.
     #[must_use]
     pub fn nothing() -> Self {
-        Self::Cube(DistanceCube {
-            size: 1,
-            texels: vec![f32::INFINITY; 6],
-        })
+        Self::Cube(DistanceCube { size: 1, texels: vec![f32::INFINITY; 6] })
     }
 
     /// Reads `box:HX,HY,HZ` or `sphere:R`; `None` where the text starts with neither (it is a file then).
@@ -98,10 +95,7 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     for value in &mut out {
         let part = parts.next()?.trim();
         // "inf" and "nan" parse as doubles, too.
-        *value = part
-            .parse::<f64>()
-            .ok()
-            .filter(|x| x.is_finite() && *x > 0.0)?;
+        *value = part.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0)?;
     }
     parts.next().is_none().then_some(out)
 }
@@ -113,10 +107,7 @@ mod tests {
     #[test]
     fn boxes_and_spheres_are_read_and_wrong_ones_are_named() {
         let read = |text| Distance::analytic(text).map(Result::ok);
-        assert_eq!(
-            read("box:1,2.5,3e2"),
-            Some(Some(Distance::Box([1.0, 2.5, 300.0])))
-        );
+        assert_eq!(read("box:1,2.5,3e2"), Some(Some(Distance::Box([1.0, 2.5, 300.0]))));
         assert_eq!(read("sphere:0.5"), Some(Some(Distance::Sphere(0.5))));
         for bad in [
             "box:1,2",
@@ -129,10 +120,7 @@ mod tests {
             "sphere:1,2",
         ] {
             let error = Distance::analytic(bad).and_then(Result::err);
-            assert!(
-                error.is_some_and(|e| e.to_string().contains(bad)),
-                "{bad} is read"
-            );
+            assert!(error.is_some_and(|e| e.to_string().contains(bad)), "{bad} is read");
         }
         assert_eq!(read("room.exr"), None);
     }

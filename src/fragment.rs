@@ -59,10 +59,7 @@ impl Tangents {
     pub fn derivatives(&self) -> ([f64; 3], [f64; 3]) {
         match *self {
             Self::Surface { dp_ds, dp_dt } => (dp_ds, dp_dt),
-            Self::Triangle {
-                edges: [b, c],
-                st: [[s_b, t_b], [s_c, t_c]],
-            } => {
+            Self::Triangle { edges: [b, c], st: [[s_b, t_b], [s_c, t_c]] } => {
                 let area = s_b * t_c - s_c * t_b;
                 if area == 0.0 || !area.is_finite() {
                     return (b, c);

@@ -32,11 +32,7 @@ pub fn fresnel(cosine: f64, n: f64, k: f64) -> f64 {
     let ratio = |x: f64, y: f64| {
         let (minus, plus) = (x - a, x + a);
         let below = plus * plus + y;
-        if below > 0.0 {
-            (minus * minus + y) / below
-        } else {
-            1.0
-        }
+        if below > 0.0 { (minus * minus + y) / below } else { 1.0 }
     };
     let s = ratio(c, b * b);
     // p = s · |a + ib − sin·tan|²/|a + ib + sin·tan|², times cos² above and below.
@@ -45,11 +41,7 @@ pub fn fresnel(cosine: f64, n: f64, k: f64) -> f64 {
         let down = a * c + sine2;
         let square = b * c * (b * c);
         let below = down * down + square;
-        if below > 0.0 {
-            s * (up * up + square) / below
-        } else {
-            s
-        }
+        if below > 0.0 { s * (up * up + square) / below } else { s }
     };
     (s + p) / 2.0
 }

@@ -82,10 +82,7 @@ mod tests {
         // The sequence of seed 1234567 in the authors' reference implementation.
         let mut random = Random::new(1_234_567);
         let first: Vec<u64> = (0..2).map(|_| random.word()).collect();
-        assert_eq!(
-            first,
-            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
-        );
+        assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
         assert!((0..1000).all(|_| random.index(7) < 7 && random.unit() < 1.0));
         assert_eq!((random.below(0), random.index(0)), (0, 0));
     }

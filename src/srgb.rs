@@ -20,11 +20,7 @@ pub fn srgb_encode(linear: f64) -> f64 {
 /// The inverse of [`srgb_encode`], from an encoded value in [0, 1] to linear.
 #[must_use]
 pub fn srgb_decode(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 {
-        encoded / 12.92
-    } else {
-        libm::pow((encoded + 0.055) / 1.055, 2.4)
-    }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// Linear light of an 8-bit sRGB colour; encoding it and rounding to 8 bits gives the bytes back.

@@ -33,12 +33,7 @@ pub struct TruthOptions {
 
 impl Default for TruthOptions {
     fn default() -> Self {
-        Self {
-            samples: 256,
-            max_samples: 1024,
-            target: 1.0 / 255.0,
-            seed: 0,
-        }
+        Self { samples: 256, max_samples: 1024, target: 1.0 / 255.0, seed: 0 }
     }
 }
 
@@ -100,10 +95,8 @@ pub fn supersample(
     let done: Vec<(Sums, [f64; 3], [f64; 3])> = pixels
         .par_chunks(256)
         .flat_map_iter(|chunk| {
-            let colours: Vec<_> = chunk
-                .iter()
-                .map(|at| pixel(&strata, options, *at, shade))
-                .collect();
+            let colours: Vec<_> =
+                chunk.iter().map(|at| pixel(&strata, options, *at, shade)).collect();
             progress(chunk.len() as u64);
             colours
         })
@@ -199,16 +192,11 @@ pub fn background(scene: &Scene, texture: &CubeMap, settings: &Settings) -> Vec<
 
 /// A·d.
 fn turned(rotation: &[[f64; 3]; 3], d: [f64; 3]) -> [f64; 3] {
-    rotation
-        .each_ref()
-        .map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
+    rotation.each_ref().map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
 }
 
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    reason = "where bits must be equal, that is what is tested"
-)]
+#[expect(clippy::float_cmp, reason = "where bits must be equal, that is what is tested")]
 mod tests {
     use super::*;
     use crate::cube::CubeLevel;
@@ -219,43 +207,25 @@ mod tests {
         let texel = |index: usize| {
             let (face, y, x) = (index / (size * size), index / size % size, index % size);
             let on = (x / 2 + y / 3 + face) % 2 == 0;
-            if on {
-                [1.0, 0.5, 0.25]
-            } else {
-                [0.0, 0.125, 0.75]
-            }
+            if on { [1.0, 0.5, 0.25] } else { [0.0, 0.125, 0.75] }
         };
         CubeMap {
-            levels: vec![CubeLevel {
-                size,
-                texels: (0..6 * size * size).map(texel).collect(),
-            }],
+            levels: vec![CubeLevel { size, texels: (0..6 * size * size).map(texel).collect() }],
         }
     }
 
     fn faces(colours: [[f32; 3]; 6]) -> CubeMap {
         let texels = colours.iter().flat_map(|c| [*c; 16]).collect();
-        CubeMap {
-            levels: vec![CubeLevel { size: 4, texels }],
-        }
+        CubeMap { levels: vec![CubeLevel { size: 4, texels }] }
     }
 
     fn scene(name: &str) -> Scene {
-        let options = SceneOptions {
-            width: 48,
-            height: 32,
-            ..SceneOptions::default()
-        };
+        let options = SceneOptions { width: 48, height: 32, ..SceneOptions::default() };
         build(name, &options, &Settings::default()).unwrap()
     }
 
     fn run(scene: &Scene, texture: &CubeMap, samples: u32, seed: u64) -> TruthPicture {
-        let options = TruthOptions {
-            samples,
-            max_samples: samples,
-            target: 0.0,
-            seed,
-        };
+        let options = TruthOptions { samples, max_samples: samples, target: 0.0, seed };
         truth(scene, texture, &Settings::default(), &options, &|_| {})
     }
 
@@ -268,9 +238,7 @@ mod tests {
             for fragment in &scene.fragments {
                 let i = fragment.pixel[1] as usize * 48 + fragment.pixel[0] as usize;
                 let (a, b) = (few.picture.rgb[i], many.picture.rgb[i]);
-                errors += (0..3)
-                    .map(|c| (a[c] - b[c]) * (a[c] - b[c]) / 3.0)
-                    .sum::<f64>();
+                errors += (0..3).map(|c| (a[c] - b[c]) * (a[c] - b[c]) / 3.0).sum::<f64>();
                 let variance = few.standard_error[i].powi(2) + many.standard_error[i].powi(2);
                 predicted += variance;
                 fourth += variance * variance;
@@ -279,14 +247,8 @@ mod tests {
             // estimate from 32 strata adds at most as much again: 6 standard deviations of the ratio.
             let spread = 6.0 * (4.0 * fourth).sqrt() / predicted;
             let ratio = errors / predicted;
-            assert!(
-                spread < 0.6,
-                "{name}: too few pixels to say anything: {spread}"
-            );
-            assert!(
-                (ratio - 1.0).abs() <= spread,
-                "{name}: {ratio} of 1 ± {spread}"
-            );
+            assert!(spread < 0.6, "{name}: too few pixels to say anything: {spread}");
+            assert!((ratio - 1.0).abs() <= spread, "{name}: {ratio} of 1 ± {spread}");
         }
     }
 
@@ -314,12 +276,7 @@ mod tests {
             .collect();
         errors.sort_by(f64::total_cmp);
         let target = errors[errors.len() / 2];
-        let options = TruthOptions {
-            samples: 64,
-            max_samples: 640,
-            target,
-            seed: 0,
-        };
+        let options = TruthOptions { samples: 64, max_samples: 640, target, seed: 0 };
         let settings = Settings::default();
         let got = truth(&scene, &texture, &settings, &options, &|_| {});
         let fragments = scene.fragments.len() as u64;
@@ -334,10 +291,7 @@ mod tests {
                 helped += usize::from(got.standard_error[i] < first.standard_error[i]);
             }
         }
-        assert!(
-            quiet > 300 && helped > 150,
-            "{quiet} quiet, {helped} helped"
-        );
+        assert!(quiet > 300 && helped > 150, "{quiet} quiet, {helped} helped");
     }
 
     #[test]
@@ -383,15 +337,9 @@ mod tests {
     fn the_picture_does_not_depend_on_the_threads_and_progress_counts_every_fragment() {
         let (scene, texture) = (scene("scratches"), stripes(16));
         let pictures = [1, 3].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let count = std::sync::atomic::AtomicU64::new(0);
-            let options = TruthOptions {
-                samples: 16,
-                ..TruthOptions::default()
-            };
+            let options = TruthOptions { samples: 16, ..TruthOptions::default() };
             let picture = pool.install(|| {
                 truth(&scene, &texture, &Settings::default(), &options, &|done| {
                     count.fetch_add(done, std::sync::atomic::Ordering::Relaxed);

@@ -75,30 +75,23 @@ impl Reader {
     /// # Panics
     /// Where a unit or a cost model that loads does not load again from its own text: a defect, for a fuzzer to find.
     pub fn read(self, bytes: &[u8], max_image_mb: u64) -> Result<(), InputError> {
-        let options = LoadOptions {
-            max_image_mb,
-            face_size: None,
-        };
+        let options = LoadOptions { max_image_mb, face_size: None };
         match self {
             Self::TraceLines => cli::trace::answer(bytes),
             Self::Unit => {
                 let text = String::from_utf8_lossy(bytes);
                 let spec = file::from_toml("unit", &text)?;
                 let again = file::from_toml("unit", &file::to_toml(&spec));
-                assert_eq!(
-                    again.as_ref(),
-                    Ok(&spec),
-                    "a unit changes on its way through a file"
-                );
+                assert_eq!(again.as_ref(), Ok(&spec), "a unit changes on its way through a file");
                 crate::unit::check(&spec)
             }
             Self::Image => with_file("", bytes, |path| {
                 load_planar_levels(path, &options)?;
                 load_environment(path, &options).map(|_| ())
             }),
-            Self::Distance => with_file(".exr", bytes, |path| {
-                load_distance(path, None, &options).map(|_| ())
-            }),
+            Self::Distance => {
+                with_file(".exr", bytes, |path| load_distance(path, None, &options).map(|_| ()))
+            }
             Self::Obj => with_file(".obj", bytes, load_mesh),
             Self::Glb => with_file(".glb", bytes, load_mesh),
             Self::Study => {
@@ -134,10 +127,7 @@ fn with_file(
             "set TMPDIR to another folder",
         )
     };
-    let mut file = tempfile::Builder::new()
-        .suffix(ending)
-        .tempfile()
-        .map_err(unwritable)?;
+    let mut file = tempfile::Builder::new().suffix(ending).tempfile().map_err(unwritable)?;
     file.write_all(bytes).map_err(unwritable)?;
     read(file.path())
 }

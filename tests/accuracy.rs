@@ -23,16 +23,12 @@ const TABLE_DB: f64 = 60.0;
 
 /// PSNR of rtl against f64 with either axis; identical pictures count as infinite.
 fn psnr(subject: &Subject, spec: &UnitSpec) -> [f64; 2] {
-    let ours = rtl_support::engine(spec, subject)
-        .render(subject, &|_| {})
-        .picture;
+    let ours = rtl_support::engine(spec, subject).render(subject, &|_| {}).picture;
     let lit = ours.rgb.iter().zip(&ours.covered);
     let lit = lit.filter(|(rgb, covered)| **covered && rgb.iter().any(|c| *c > 1.0 / 64.0));
     assert!(lit.count() > 100, "{} is black", subject.scene.info.name);
     [ReferenceAxis::Exact, ReferenceAxis::Table].map(|axis| {
-        let theirs = F64Engine {
-            settings: spec.settings(axis),
-        };
+        let theirs = F64Engine { settings: spec.settings(axis) };
         let theirs = theirs.render(subject, &|_| {}).picture;
         let pair = compare(&ours, &theirs, 0.0).expect("pictures of one size");
         pair.psnr_db.unwrap_or(f64::INFINITY)
@@ -49,10 +45,7 @@ fn hold(cases: &[(String, [f64; 2])]) {
         }
     }
     assert!(!cases.is_empty(), "nothing was compared");
-    assert!(
-        missed.is_empty(),
-        "below {EXACT_DB} dB or {TABLE_DB} dB: {missed:#?}"
-    );
+    assert!(missed.is_empty(), "below {EXACT_DB} dB or {TABLE_DB} dB: {missed:#?}");
 }
 
 #[test]

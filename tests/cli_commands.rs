@@ -14,12 +14,7 @@ fn compare(more: &[&str]) -> Ran {
 }
 
 fn keys(value: &Value) -> Vec<&str> {
-    value
-        .as_object()
-        .unwrap()
-        .keys()
-        .map(String::as_str)
-        .collect()
+    value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
 #[test]
@@ -28,9 +23,7 @@ fn distances_are_refused_where_no_scene_reads_them() {
     for flag in ["--distance"] {
         for args in [
             &["compare", "sphere", flag, "x"][..],
-            &[
-                "render", "sphere", "--engine", "rtl", "-o", "x.png", flag, "x",
-            ],
+            &["render", "sphere", "--engine", "rtl", "-o", "x.png", flag, "x"],
             &["compare", flag],
         ] {
             tapline(args).refused(&[flag, "no distances"]);
@@ -69,40 +62,19 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     let registers = value["registers"].as_array().unwrap();
     for name in ["d", "l", "ratio"] {
         let is = |r: &&Value| r["stage"] == "hit" && r["register"] == name;
-        let row = registers
-            .iter()
-            .find(is)
-            .unwrap_or_else(|| panic!("{name}"));
+        let row = registers.iter().find(is).unwrap_or_else(|| panic!("{name}"));
         assert!(row["worst_lsb"].as_f64().unwrap() > 0.0);
     }
     let pairs = value["pairs"].as_array().unwrap();
-    let names: Vec<_> = pairs
-        .iter()
-        .map(|p| (p["a"].as_str(), p["b"].as_str()))
-        .collect();
+    let names: Vec<_> = pairs.iter().map(|p| (p["a"].as_str(), p["b"].as_str())).collect();
     let ladder = ladder(&value);
     let adjacent = ladder.windows(2).map(|w| (Some(w[0]), Some(w[1])));
     assert_eq!(names, adjacent.collect::<Vec<_>>());
-    for name in [
-        "classic.png",
-        "views.png",
-        "iterations.png",
-        "truth.exr",
-        "report.html",
-    ] {
+    for name in ["classic.png", "views.png", "iterations.png", "truth.exr", "report.html"] {
         assert!(folder.path().join("out").join(name).is_file(), "{name}");
     }
     let out = path("glass");
-    let mut args = vec![
-        "compare",
-        "glass",
-        "--engines",
-        "rtl,f64",
-        "--json",
-        "-",
-        "--out",
-        &out,
-    ];
+    let mut args = vec!["compare", "glass", "--engines", "rtl,f64", "--json", "-", "--out", &out];
     args.extend(small);
     let value = tapline(&args).done().json();
     let caustic = &value["caustic"];
@@ -117,22 +89,12 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     assert!(caustic["pairs"][0]["relative_rms"].as_f64() > Some(0.0));
     assert!(folder.path().join("glass/lightmap.png").is_file());
     let picture = path("a.exr");
-    let render = [
-        "render", "columns", "--engine", "rtl", "-o", &picture, "--size", "24x24",
-    ];
+    let render = ["render", "columns", "--engine", "rtl", "-o", &picture, "--size", "24x24"];
     tapline(&render).done();
-    let line = tapline(&[
-        "trace",
-        "room",
-        "--pixel",
-        "20,20",
-        "--size",
-        "40x40",
-        "--face-size",
-        "32",
-    ])
-    .done()
-    .json();
+    let line =
+        tapline(&["trace", "room", "--pixel", "20,20", "--size", "40x40", "--face-size", "32"])
+            .done()
+            .json();
     assert_eq!(line["op"], "hit");
     assert!(line["out"]["registers"]["hit.d"].is_array());
     // What other files bring takes the place of the impostor's own.
@@ -151,11 +113,7 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
     .done()
     .json();
     assert_ne!(analytic["out"]["d"], line["out"]["d"]);
-    for (flag, file) in [
-        ("--bump", "x.png"),
-        ("--mesh", "x.obj"),
-        ("--distance", "none.exr"),
-    ] {
+    for (flag, file) in [("--bump", "x.png"), ("--mesh", "x.obj"), ("--distance", "none.exr")] {
         tapline(&["compare", "room", flag, file]).refused(&[file.trim_end_matches(".obj")]);
     }
 }
@@ -164,22 +122,13 @@ fn scenes_of_rays_are_compared_rendered_and_traced() {
 fn usage_errors_have_status_2_and_name_what_is_wrong() {
     for (args, part) in [
         (&["compar"][..], "'compare'"),
-        (
-            &["compare", "nosuch"],
-            "sphere, cylinder, parabola, scratches, waves",
-        ),
-        (
-            &["compare", "--engines", "xx"],
-            "rtl, gpu, sampler, f64, ewa, truth",
-        ),
+        (&["compare", "nosuch"], "sphere, cylinder, parabola, scratches, waves"),
+        (&["compare", "--engines", "xx"], "rtl, gpu, sampler, f64, ewa, truth"),
         (&["compare", "--size", "0x5"], "WIDTHxHEIGHT"),
         (&["compare", "--size", "-1x5"], "WIDTHxHEIGHT"),
         (&["compare", "--size", "16385x1"], "16384"),
         (&["compare", "--size", "1000000x1000000"], "16384"),
-        (
-            &["compare", "--size", "99999999999999999999x1"],
-            "WIDTHxHEIGHT",
-        ),
+        (&["compare", "--size", "99999999999999999999x1"], "WIDTHxHEIGHT"),
         (&["compare", "sphere", "--size", "2x0"], "WIDTHxHEIGHT"),
         (&["compare", "sphere", "--size", "1x4096"], "no fragment"),
         (&["compare", "--exposure", "nan"], "--exposure"),
@@ -197,24 +146,12 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
         (&["compare", "--env", "."], "directory"),
         (&["compare", "--min-psnr", "rtl:f64"], "rtl:f64=50"),
         (&["compare", "--min-psnr", "rtl:f64=nan"], "rtl:f64=50"),
-        (
-            &["compare", "--engines", "rtl", "--min-psnr", "rtl:gpu=5"],
-            "gpu",
-        ),
-        (
-            &["compare", "--engines", "rtl", "--max-lsb8", "rtl:f64=5"],
-            "f64",
-        ),
-        (
-            &["render", "sphere", "--engine", "rtl", "-o", "x.gif"],
-            ".png",
-        ),
+        (&["compare", "--engines", "rtl", "--min-psnr", "rtl:gpu=5"], "gpu"),
+        (&["compare", "--engines", "rtl", "--max-lsb8", "rtl:f64=5"], "f64"),
+        (&["render", "sphere", "--engine", "rtl", "-o", "x.gif"], ".png"),
         (&["tables", "show", "foo"], "recip"),
         (&["diff", "a.json", "b.json"], "result file"),
-        (
-            &["diff", "a.png", "b.png", "--min-psnr", "nan"],
-            "--min-psnr",
-        ),
+        (&["diff", "a.png", "b.png", "--min-psnr", "nan"], "--min-psnr"),
     ] {
         let ran = tapline(args);
         ran.refused(&[part]);
@@ -253,12 +190,8 @@ fn compare_json_has_the_keys_that_scripts_rely_on() {
     assert_eq!(value["unit"]["footprint"]["max_probes"], 16);
     assert_eq!(keys(&value["engines"]), ladder(&value));
     for engine in value["engines"].as_object().unwrap().values() {
-        for key in [
-            "seconds",
-            "fragments_per_second",
-            "texels_per_fragment",
-            "probes_per_fragment",
-        ] {
+        for key in ["seconds", "fragments_per_second", "texels_per_fragment", "probes_per_fragment"]
+        {
             assert!(engine[key].as_f64().unwrap().is_finite(), "{key}");
         }
     }
@@ -275,10 +208,7 @@ fn compare_json_has_the_keys_that_scripts_rely_on() {
         assert!(value["pairs"][0][key].is_number(), "{key}");
     }
     let register = &value["registers"][0];
-    assert_eq!(
-        keys(register),
-        ["stage", "register", "worst_lsb", "mean_lsb", "pixel"]
-    );
+    assert_eq!(keys(register), ["stage", "register", "worst_lsb", "mean_lsb", "pixel"]);
     if value["adapter"].is_string() {
         assert_eq!(value["skipped"], serde_json::json!([]));
         assert!(value["stages"]["first_difference"].is_null());
@@ -303,39 +233,25 @@ fn without_a_driver(args: &[&str]) -> Ran {
 #[test]
 fn without_an_adapter_compare_goes_on_and_says_so_and_a_named_gpu_is_refused() {
     let small = ["compare", "sphere", "--size", "24x24", "--samples", "4"];
-    let value = without_a_driver(&[&small[..], &["--json", "-"]].concat())
-        .done()
-        .json();
+    let value = without_a_driver(&[&small[..], &["--json", "-"]].concat()).done().json();
     assert_eq!(keys(&value["engines"]), ["rtl", "f64", "ewa", "truth"]);
     assert_eq!(value["skipped"][0]["engine"], "gpu");
     let why = value["skipped"][0]["why"].as_str().unwrap();
     assert!(why.contains("no GPU adapter"), "{why}");
     assert!(value["adapter"].is_null());
     let words = without_a_driver(&small).done().stdout;
-    assert!(
-        words.contains("not checked: gpu (no GPU adapter"),
-        "{words}"
-    );
+    assert!(words.contains("not checked: gpu (no GPU adapter"), "{words}");
     for named in [&["--engines", "rtl,gpu"][..], &["--adapter", "llvmpipe"]] {
         without_a_driver(&[&small[..], named].concat())
             .refused(&["no GPU adapter", "mesa-vulkan-drivers"]);
     }
-    let render = [
-        "render",
-        "sphere",
-        "--engine",
-        "gpu",
-        "-o",
-        "/tmp/never.png",
-    ];
+    let render = ["render", "sphere", "--engine", "gpu", "-o", "/tmp/never.png"];
     without_a_driver(&render).refused(&["no GPU adapter"]);
 }
 
 #[test]
 fn engines_come_in_the_order_of_the_ladder_however_they_are_named() {
-    let value = compare(&["--engines", "ewa,rtl", "--json", "-"])
-        .done()
-        .json();
+    let value = compare(&["--engines", "ewa,rtl", "--json", "-"]).done().json();
     assert_eq!(keys(&value["engines"]), ["rtl", "ewa"]);
     assert_eq!(value["pairs"][0]["a"], "rtl");
     assert_eq!(value["pairs"][0]["b"], "ewa");
@@ -349,10 +265,7 @@ fn bounds_decide_between_status_0_and_1() {
     run("--min-psnr", "rtl:f64=20").done();
     run("--min-psnr", "f64:rtl=20").done();
     run("--max-lsb8", "rtl:f64=255").done();
-    for (flag, bound) in [
-        ("--min-psnr", "rtl:f64=500"),
-        ("--max-lsb8", "rtl:f64=0.0001"),
-    ] {
+    for (flag, bound) in [("--min-psnr", "rtl:f64=500"), ("--max-lsb8", "rtl:f64=0.0001")] {
         let ran = run(flag, bound);
         assert_eq!(ran.status, Some(1), "{ran:?}");
         assert!(ran.stderr.contains("rtl - f64"), "{}", ran.stderr);
@@ -366,10 +279,7 @@ fn a_pair_without_any_difference_has_no_psnr() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("a.exr");
     let path = picture.to_str().unwrap();
-    tapline(&[
-        "render", "sphere", "--engine", "rtl", "-o", path, "--size", "16x16",
-    ])
-    .done();
+    tapline(&["render", "sphere", "--engine", "rtl", "-o", path, "--size", "16x16"]).done();
     let value = tapline(&["diff", path, path, "--json", "-"]).done().json();
     assert!(value["pairs"][0]["psnr_db"].is_null());
     tapline(&["diff", path, path, "--min-psnr", "200"]).done();
@@ -414,12 +324,9 @@ fn two_result_files_differ_where_their_units_do() {
 
 #[test]
 fn every_command_that_prints_a_table_has_it_as_json() {
-    for args in [
-        &["scenes"][..],
-        &["unit", "show"],
-        &["unit", "check"],
-        &["tables", "show", "eigen"],
-    ] {
+    for args in
+        [&["scenes"][..], &["unit", "show"], &["unit", "check"], &["tables", "show", "eigen"]]
+    {
         let mut with = args.to_vec();
         with.extend(["--json", "-"]);
         let value = tapline(&with).done().json();
@@ -459,10 +366,7 @@ fn the_number_of_threads_and_repetition_change_no_bit() {
         files.retain(|f| f != "report.html");
         let engines = ladder(&ran.done().json()).len();
         assert_eq!(files.len(), engines * 2 + (engines - 1) + 1, "{files:?}");
-        let bytes: Vec<_> = files
-            .iter()
-            .map(|f| std::fs::read(out.join(f)).unwrap())
-            .collect();
+        let bytes: Vec<_> = files.iter().map(|f| std::fs::read(out.join(f)).unwrap()).collect();
         pictures.push((files, bytes));
     }
     assert!(pictures.windows(2).all(|w| w[0] == w[1]));

@@ -11,14 +11,7 @@ fn a_bad_output_path_fails_at_once_and_leaves_nothing() {
     // 16384x4096 pixels would take minutes.
     let big = ["--size", "16384x4096"];
     for args in [
-        &[
-            "compare",
-            "sphere",
-            "--json",
-            "none/x.json",
-            "--out",
-            "new/deep",
-        ][..],
+        &["compare", "sphere", "--json", "none/x.json", "--out", "new/deep"][..],
         &["compare", "sphere", "--json", ".", "--out", "new"],
         &["compare", "sphere", "--out", "file"],
         &["compare", "sphere", "--out", "file/deep"],
@@ -44,19 +37,14 @@ fn a_run_that_fails_later_leaves_nothing_and_keeps_what_was_there() {
     for out in ["old", "new/deep"] {
         tapline_in(
             folder.path(),
-            &[
-                "compare", "sphere", "--env", "none.exr", "--out", out, "--json", "x.json",
-            ],
+            &["compare", "sphere", "--env", "none.exr", "--out", out, "--json", "x.json"],
         )
         .refused(&["none.exr"]);
         tapline_in(folder.path(), &["compare", "nosuch", "--out", out]).refused(&["nosuch"]);
     }
     assert_eq!(names(folder.path()), ["old"]);
     assert_eq!(names(&folder.path().join("old")), ["rtl.png"]);
-    assert_eq!(
-        std::fs::read(folder.path().join("old/rtl.png")).unwrap(),
-        b"mine"
-    );
+    assert_eq!(std::fs::read(folder.path().join("old/rtl.png")).unwrap(), b"mine");
 }
 
 #[test]
@@ -115,9 +103,7 @@ fn other_files_of_the_output_folder_stay() {
 fn an_output_may_replace_its_own_input() {
     let folder = tempfile::tempdir().unwrap();
     let run = |args: &[&str]| tapline_in(folder.path(), args).done();
-    run(&[
-        "render", "sphere", "--engine", "rtl", "--size", "32x16", "-o", "a.png",
-    ]);
+    run(&["render", "sphere", "--engine", "rtl", "--size", "32x16", "-o", "a.png"]);
     run(&[
         "render", "sphere", "--engine", "rtl", "--size", "32x16", "--env", "a.png", "-o", "a.png",
     ]);
@@ -129,32 +115,20 @@ fn an_output_may_replace_its_own_input() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_an_error_and_not_a_panic() {
-    let full = || {
-        std::fs::File::options()
-            .write(true)
-            .open("/dev/full")
-            .unwrap()
-    };
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
     for args in [
         &["unit", "show"][..],
         &["scenes"],
         &["tables", "show", "log2"],
         &["scenes", "--json", "-"],
     ] {
-        let output = cli_support::command()
-            .args(args)
-            .stdout(full())
-            .output()
-            .unwrap();
+        let output = cli_support::command().args(args).stdout(full()).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("output: expected"));
     }
     tapline(&["scenes", "--json", "/dev/full"]).refused(&["/dev/full"]);
-    let output = cli_support::command()
-        .args(["compare", "nosuch"])
-        .stderr(full())
-        .output()
-        .unwrap();
+    let output =
+        cli_support::command().args(["compare", "nosuch"]).stderr(full()).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -164,10 +138,7 @@ fn a_signal_ends_the_run_and_no_temporary_stays() {
     use std::os::unix::process::ExitStatusExt as _;
     use std::time::{Duration, Instant};
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let mask = status
-        .lines()
-        .find_map(|l| l.strip_prefix("SigIgn:"))
-        .unwrap();
+    let mask = status.lines().find_map(|l| l.strip_prefix("SigIgn:")).unwrap();
     let mask = u64::from_str_radix(mask.trim(), 16).unwrap();
     for (name, number) in [("INT", 2), ("TERM", 15), ("HUP", 1)] {
         if mask >> (number - 1) & 1 == 1 {
@@ -177,16 +148,7 @@ fn a_signal_ends_the_run_and_no_temporary_stays() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("keep"), "x").unwrap();
         let mut child = cli_support::command()
-            .args([
-                "compare",
-                "sphere",
-                "--size",
-                "1024x1024",
-                "--out",
-                "a/b",
-                "--json",
-                "r.json",
-            ])
+            .args(["compare", "sphere", "--size", "1024x1024", "--out", "a/b", "--json", "r.json"])
             .current_dir(folder.path())
             .stdout(std::process::Stdio::null())
             .stderr(std::process::Stdio::null())
@@ -195,10 +157,7 @@ fn a_signal_ends_the_run_and_no_temporary_stays() {
         let start = Instant::now();
         // All temporaries are made once that of the JSON file is there.
         while !names(folder.path()).iter().any(|n| n.ends_with(".tmp")) {
-            assert!(
-                start.elapsed() < Duration::from_secs(20),
-                "no temporary yet"
-            );
+            assert!(start.elapsed() < Duration::from_secs(20), "no temporary yet");
             std::thread::sleep(Duration::from_millis(5));
         }
         assert!(names(&folder.path().join("a/b")).len() > 10);

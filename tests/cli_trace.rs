@@ -30,10 +30,7 @@ fn a_line_comes_back_letter_by_letter_with_out_as_its_last_key() {
     let line = r#"{"id":{"a":1.50,"a":[1E400, -0]},"out":"old","n":[-0,0.0,1E+0],"op":"env","v":[1.00e-1,0.2,1],"dv_dx":[-1,0,0],"dv_dy":[0,-1,0],"dn_dx":[0,0,0],"dn_dy":[0,0,0]}"#;
     let ran = trace(line, &[]).done();
     let before = line.replace(r#""out":"old","#, "");
-    let expected = format!(
-        "{},\"out\":{{\"face\":\"+z\",\"u\":-",
-        &before[..before.len() - 1]
-    );
+    let expected = format!("{},\"out\":{{\"face\":\"+z\",\"u\":-", &before[..before.len() - 1]);
     assert!(ran.stdout.starts_with(&expected), "{}", ran.stdout);
     assert_eq!(ran.stdout.lines().count(), 1);
 }
@@ -44,9 +41,7 @@ fn out_has_the_keys_of_the_interface_in_their_order() {
         let value: Value = trace(LINE, more).done().json();
         value["out"].as_object().unwrap().keys().cloned().collect()
     };
-    let bare = [
-        "face", "u", "v", "D", "K", "lambda", "axis", "probes", "lod", "flags",
-    ];
+    let bare = ["face", "u", "v", "D", "K", "lambda", "axis", "probes", "lod", "flags"];
     assert_eq!(keys(&[]), bare);
     assert_eq!(keys(&["--engine", "f64"]), bare);
     let mut coloured = bare.to_vec();
@@ -83,11 +78,7 @@ fn check(plain: &Value, raw: &Value, compared: &mut usize) {
     let digits = format!("{whole}{fraction:0<frac$}");
     let code: num_bigint::BigInt = raw["raw"].to_string().parse().unwrap();
     let exact = code * num_bigint::BigInt::from(5).pow(u32::try_from(frac).unwrap());
-    assert_eq!(
-        digits.parse::<num_bigint::BigInt>().unwrap(),
-        exact,
-        "{text}"
-    );
+    assert_eq!(digits.parse::<num_bigint::BigInt>().unwrap(), exact, "{text}");
     *compared += 1;
 }
 
@@ -98,27 +89,18 @@ fn malformed_lines_are_refused_with_their_number_and_earlier_lines_stand() {
     let deep = "[".repeat(100_000);
     let cases: Vec<(String, &str)> = vec![
         (with("\"foo\":1"), "`foo`"),
-        (
-            LINE.replace("\"n\":[0,0,1],", ""),
-            "`n`: expected an array of 3 numbers, found nothing",
-        ),
+        (LINE.replace("\"n\":[0,0,1],", ""), "`n`: expected an array of 3 numbers, found nothing"),
         (LINE.replace(n, "\"n\":[0,0]"), "an array of 2"),
         (LINE.replace(n, "\"n\":[0,0,1,0]"), "an array of 4"),
         (LINE.replace(n, "\"n\":null"), "found null"),
         (LINE.replace(n, "\"n\":[true,0,1]"), "found true"),
         (LINE.replace(n, "\"n\":[[0],0,1]"), "found [0]"),
         (LINE.replace(n, "\"n\":{\"x\":1}"), "found {\"x\":1}"),
-        (
-            LINE.replace(n, r#""n":[0,0,{"$serde_json::private::Number":"1"}]"#),
-            "`n`",
-        ),
+        (LINE.replace(n, r#""n":[0,0,{"$serde_json::private::Number":"1"}]"#), "`n`"),
         (with("\"h\":null"), "`h`"),
         (with("\"bump\":[1,2]"), "`h`"),
         (with("\"rough\":[1,2,3]"), "`h`"),
-        (
-            with("\"h\":[1,0,0],\"bump\":[1,2,3]"),
-            "an array of 2 numbers, found an array of 3",
-        ),
+        (with("\"h\":[1,0,0],\"bump\":[1,2,3]"), "an array of 2 numbers, found an array of 3"),
         (with("\"n\":[0,0,1]"), "the key `n` twice"),
         (with("\"out\":1,\"out\":2"), "the key `out` twice"),
         (normal("NaN"), "column 36"),
@@ -148,10 +130,7 @@ fn malformed_lines_are_refused_with_their_number_and_earlier_lines_stand() {
         (format!("\n{LINE}"), "empty line"),
     ];
     for (bad, part) in cases {
-        let ran = trace(
-            &format!("{LINE}\n{LINE}\n{bad}\n{LINE}\n"),
-            &["--engine", "f64"],
-        );
+        let ran = trace(&format!("{LINE}\n{LINE}\n{bad}\n{LINE}\n"), &["--engine", "f64"]);
         ran.refused(&["standard input, line 3", part]);
         assert_eq!(ran.stdout.lines().count(), 2, "{part}");
     }
@@ -198,14 +177,9 @@ fn no_input_makes_either_engine_print_a_number_that_is_not_finite() {
         for engine in ["rtl", "f64"] {
             for line in [
                 normal(value),
-                LINE.replace(
-                    "\"dn_dx\":[0,0,0]",
-                    &format!("\"dn_dx\":[{value},{value},0]"),
-                ),
+                LINE.replace("\"dn_dx\":[0,0,0]", &format!("\"dn_dx\":[{value},{value},0]")),
                 LINE.replace("[0.1,0.2,1]", &format!("[{value},{value},{value}]")),
-                with(&format!(
-                    "\"h\":[{value},1,0],\"bump\":[{value},0],\"rough\":[0,0,{value}]"
-                )),
+                with(&format!("\"h\":[{value},1,0],\"bump\":[{value},0],\"rough\":[0,0,{value}]")),
             ] {
                 let ran = trace(&line, &["--engine", engine]).done();
                 let out = ran.stdout.split("\"out\":").nth(1).unwrap().to_lowercase();
@@ -291,12 +265,8 @@ fn a_traced_pixel_is_a_line_that_trace_takes_again() {
     let pixel = tapline(&["trace", "waves", "--size", "64x64", "--pixel", "30,50"]).done();
     let first = pixel.json();
     assert!(first["out"]["registers"].as_object().unwrap().len() > 20);
-    let again = trace(&pixel.stdout, &["waves", "--size", "64x64"])
-        .done()
-        .json();
-    for key in [
-        "face", "u", "v", "D", "K", "lambda", "axis", "probes", "lod", "color", "flags",
-    ] {
+    let again = trace(&pixel.stdout, &["waves", "--size", "64x64"]).done().json();
+    for key in ["face", "u", "v", "D", "K", "lambda", "axis", "probes", "lod", "color", "flags"] {
         assert_eq!(first["out"][key], again["out"][key], "{key}");
     }
 }

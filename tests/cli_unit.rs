@@ -19,95 +19,44 @@ fn bad_unit_files_are_refused_with_their_place() {
         (b"[footprint\nmax_probes=8", &["line 1, column 11"]),
         (
             b"[footprint]\nmax_probes=\"8\"",
-            &[
-                "line 2, column 12, footprint.max_probes",
-                "1 to 64",
-                "found \"8\"",
-            ],
+            &["line 2, column 12, footprint.max_probes", "1 to 64", "found \"8\""],
         ),
-        (
-            b"[footprint]\nmax_probes=true",
-            &["line 2, column 12", "found true"],
-        ),
+        (b"[footprint]\nmax_probes=true", &["line 2, column 12", "found true"]),
         (b"[footprint]\nmax_probes=8.0", &["line 2", "found 8.0"]),
         (b"[footprint]\nmax_probes=65", &["line 2", "found 65"]),
-        (
-            b"[footprint]\nmax_probes=999999999999999999999999",
-            &["line 2", "too large"],
-        ),
-        (
-            b"[footprint]\nmax_probes=8\nmax_probes=9",
-            &["line 3, column 1", "duplicate key"],
-        ),
-        (
-            b"[foot]\nx=1",
-            &["line 2, column 1, foot.x", "unknown path"],
-        ),
+        (b"[footprint]\nmax_probes=999999999999999999999999", &["line 2", "too large"]),
+        (b"[footprint]\nmax_probes=8\nmax_probes=9", &["line 3, column 1", "duplicate key"]),
+        (b"[foot]\nx=1", &["line 2, column 1, foot.x", "unknown path"]),
         (b"[foot]\n", &["line 1, column 2, foot", "unknown path"]),
-        (
-            b"[hit]\niterations=65",
-            &["line 2, column 12, hit.iterations", "found 65"],
-        ),
-        (
-            b"\n[surface]\n",
-            &["line 2, column 2, surface", "unknown path"],
-        ),
-        (
-            b"footprint=3",
-            &["line 1, column 11, footprint", "expected a table"],
-        ),
-        (
-            b"[[footprint]]\nmax_probes=8",
-            &["footprint", "expected a table"],
-        ),
-        (
-            b"[footprint.max_probes]\nx=1",
-            &["footprint.max_probes.x", "unknown path"],
-        ),
+        (b"[hit]\niterations=65", &["line 2, column 12, hit.iterations", "found 65"]),
+        (b"\n[surface]\n", &["line 2, column 2, surface", "unknown path"]),
+        (b"footprint=3", &["line 1, column 11, footprint", "expected a table"]),
+        (b"[[footprint]]\nmax_probes=8", &["footprint", "expected a table"]),
+        (b"[footprint.max_probes]\nx=1", &["footprint.max_probes.x", "unknown path"]),
         (b"[registers.nope.axis]\nint=0", &["line 2", "unknown path"]),
         (
             b"[registers.eigen.axis]\nint=30\nfrac=40",
-            &[
-                "line 3, column 6, registers.eigen.axis.frac",
-                "58 bits",
-                "found 70",
-            ],
+            &["line 3, column 6, registers.eigen.axis.frac", "58 bits", "found 70"],
         ),
         (b"[tables.recip]\nentries=100", &["line 2", "power of two"]),
-        (
-            b"[eigen]\nentries=32\n[tables.eigen]\nentries=10",
-            &["line 4", "both"],
-        ),
+        (b"[eigen]\nentries=32\n[tables.eigen]\nentries=10", &["line 4", "both"]),
         (b"[roughness]\nscale=nan", &["line 2", "0 to 8"]),
-        (
-            b"[transform]\nrotation=[1,0,0,0,1]",
-            &["line 2", "nine numbers"],
-        ),
-        (
-            b"[roughness]\nscale=1\n#\xe9\n",
-            &["line 3, column 2", "UTF-8", "0xe9"],
-        ),
+        (b"[transform]\nrotation=[1,0,0,0,1]", &["line 2", "nine numbers"]),
+        (b"[roughness]\nscale=1\n#\xe9\n", &["line 3, column 2", "UTF-8", "0xe9"]),
         (b"[\"a\\u001b[31mb\"]\nx=1", &["\\u{1b}"]),
         (&big, &["u.toml", "1 MiB"]),
         (deep.as_bytes(), &["line 1", "recurs"]),
         (long.as_bytes(), &["line 2", "xxx…"]),
         (
             b"[registers.footprint.line]\nint=20\nfrac=38",
-            &[
-                "line 3, column 6, registers.footprint.line.frac",
-                "at registers.footprint.step",
-            ],
+            &["line 3, column 6, registers.footprint.line.frac", "at registers.footprint.step"],
         ),
     ];
     for (text, parts) in cases {
         let ran = check(text);
         ran.refused(parts);
         assert!(ran.stderr.starts_with("tapline: u.toml"), "{}", ran.stderr);
-        assert!(
-            ran.stderr.contains("expected") && ran.stderr.contains("; "),
-            "{}",
-            ran.stderr
-        );
+        assert!(ran.stderr.contains("expected") && ran.stderr.contains("; "), "{}", ran.stderr);
         assert!(ran.stderr.len() < 600, "{}", ran.stderr);
         assert!(!ran.stderr.contains('\u{1b}'));
         assert_eq!(ran.stdout, "");
@@ -117,12 +66,7 @@ fn bad_unit_files_are_refused_with_their_place() {
 #[test]
 fn good_unit_files_of_every_style_are_taken() {
     let hash = |ran: cli_support::Ran| ran.done().stdout;
-    let expected = hash(tapline(&[
-        "unit",
-        "check",
-        "--set",
-        "footprint.max_probes=8",
-    ]));
+    let expected = hash(tapline(&["unit", "check", "--set", "footprint.max_probes=8"]));
     for text in [
         "[footprint]\nmax_probes=8",
         "\u{feff}[footprint]\r\nmax_probes = 8\r\n",
@@ -150,16 +94,8 @@ fn good_unit_files_of_every_style_are_taken() {
 fn a_shown_unit_is_the_same_unit_when_it_is_read_again() {
     for sets in [
         &[][..],
-        &[
-            "--set",
-            "footprint.count=feline",
-            "--set",
-            "roughness.scale=0.1",
-        ],
-        &[
-            "--set",
-            "transform.rotation=[0.6, 0.8, 0, -0.8, 0.6, 0, 0, 0, 1]",
-        ],
+        &["--set", "footprint.count=feline", "--set", "roughness.scale=0.1"],
+        &["--set", "transform.rotation=[0.6, 0.8, 0, -0.8, 0.6, 0, 0, 0, 1]"],
         &["--unit", "preset:schilling"],
     ] {
         let mut show = vec!["unit", "show", "--toml"];
@@ -174,22 +110,12 @@ fn a_shown_unit_is_the_same_unit_when_it_is_read_again() {
     std::fs::write(folder.path().join("u.toml"), "footprint.max_probes=8").unwrap();
     let shown = tapline_in(
         folder.path(),
-        &[
-            "unit",
-            "show",
-            "u.toml",
-            "--toml",
-            "--set",
-            "eigen.entries=10",
-        ],
+        &["unit", "show", "u.toml", "--toml", "--set", "eigen.entries=10"],
     );
     let shown = shown.done().stdout;
     assert!(shown.contains("max_probes = 8\n") && shown.contains("entries = 10\n"));
-    tapline_in(
-        folder.path(),
-        &["unit", "show", "u.toml", "--unit", "preset:default"],
-    )
-    .refused(&["one unit"]);
+    tapline_in(folder.path(), &["unit", "show", "u.toml", "--unit", "preset:default"])
+        .refused(&["one unit"]);
 }
 
 #[test]

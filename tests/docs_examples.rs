@@ -95,9 +95,7 @@ fn table(title: &str) -> Vec<Vec<String>> {
         .filter(|line| !line.starts_with("|--"))
         .map(|line| {
             let cells = line.trim_matches('|').split('|');
-            cells
-                .map(|cell| cell.trim().replace('`', "").replace('\u{2212}', "-"))
-                .collect()
+            cells.map(|cell| cell.trim().replace('`', "").replace('\u{2212}', "-")).collect()
         })
         .collect();
     assert!(rows.len() > 1, "no table {title}");
@@ -108,11 +106,7 @@ fn table(title: &str) -> Vec<Vec<String>> {
 fn code(cell: &str, frac: u32) -> i64 {
     let scaled = cell.parse::<f64>().unwrap() * f64::from(1u32 << frac);
     let whole = format!("{scaled:.0}").parse::<i64>().unwrap();
-    assert_eq!(
-        format!("{scaled}"),
-        format!("{whole}"),
-        "{cell} has more bits"
-    );
+    assert_eq!(format!("{scaled}"), format!("{whole}"), "{cell} has more bits");
     whole
 }
 
@@ -123,18 +117,10 @@ fn all_eight_roundings_do_what_the_table_says() {
     assert_eq!(rows.len(), Rounding::ALL.len());
     for row in rows {
         let rounding = Rounding::parse(&row[0]).unwrap_or_else(|| panic!("{}", row[0]));
-        let format = Format {
-            rounding,
-            ..Format::signed(7, 0)
-        };
+        let format = Format { rounding, ..Format::signed(7, 0) };
         for (value, expected) in header.iter().zip(row).skip(2) {
             let (got, over) = Quantizer::new(format, 2).write(code(value, 2));
-            assert_eq!(
-                (got, over),
-                (code(expected, 0), false),
-                "{} {value}",
-                row[0]
-            );
+            assert_eq!((got, over), (code(expected, 0), false), "{} {value}", row[0]);
         }
     }
 }
@@ -146,21 +132,13 @@ fn all_four_overflows_do_what_the_table_says() {
     assert_eq!(rows.len(), Overflow::ALL.len());
     for row in rows {
         let overflow = Overflow::parse(&row[0]).unwrap_or_else(|| panic!("{}", row[0]));
-        let format = Format {
-            overflow,
-            ..Format::signed(2, 1)
-        };
+        let format = Format { overflow, ..Format::signed(2, 1) };
         for (value, cell) in header.iter().zip(row).skip(2) {
             let (got, over) = Quantizer::new(format, 1).write(code(value, 1));
             let star = if over { "*" } else { "" };
             let bits = format!("{:04b}", got & 15);
             let half = f64::from(i32::try_from(got).unwrap()) / 2.0;
-            assert_eq!(
-                *cell,
-                format!("{bits} = {half}{star}"),
-                "{} {value}",
-                row[0]
-            );
+            assert_eq!(*cell, format!("{bits} = {half}{star}"), "{} {value}", row[0]);
         }
     }
 }

@@ -31,21 +31,14 @@ const MEASURED: &str = "TAPLINE_COMPARE_JSON";
 const OTHERS: [Stage; 2] = [Stage::Hit, Stage::SurfaceFootprint];
 
 fn registers(stage: &str) -> impl Iterator<Item = Reg> {
-    Reg::ALL
-        .iter()
-        .copied()
-        .filter(move |reg| reg.info().stage == stage)
+    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage)
 }
 
 /// `s1.22`: sign, integer bits, fraction bits; `block s1.22` where the exponent is shared.
 fn format(config: &Config, reg: Reg) -> String {
     let format = config.format(reg);
     let sign = if format.signed { "s" } else { "u" };
-    let kind = if reg.info().kind == Kind::Block {
-        "block "
-    } else {
-        ""
-    };
+    let kind = if reg.info().kind == Kind::Block { "block " } else { "" };
     format!("{kind}{sign}{}.{}", format.int, format.frac)
 }
 
@@ -114,10 +107,7 @@ fn run(name: &str) -> (RtlFragment, RtlProbe) {
     let texels = (0..6 * size)
         .flat_map(|row| (0..size).map(move |x| [place(x), place(row % size), 0.25]))
         .collect();
-    let map = build_mips(CubeLevel {
-        size: size.into(),
-        texels,
-    });
+    let map = build_mips(CubeLevel { size: size.into(), texels });
     let unit = Unit::new(&config, encode::needs(&fragment), size.into()).unwrap();
     let texture = encode::texture(&config, &map).unwrap();
     let mut probe = RtlProbe::default();
@@ -136,20 +126,13 @@ fn row(name: &str, codes: &[Code]) -> String {
     let frac = codes[0].frac;
     // The second level of a LOD without a fraction is never addressed.
     let unwritten = |c: &Code| !c.is_written();
-    assert!(
-        codes.iter().all(|c| c.frac == frac || unwritten(c)),
-        "{name}"
-    );
+    assert!(codes.iter().all(|c| c.frac == frac || unwritten(c)), "{name}");
     let values = join(&|c| {
         if unwritten(c) {
             return "-".into();
         }
         let all = c.decimal();
-        if all.len() <= 12 {
-            all
-        } else {
-            format!("{}…", significant(c.value(), 8))
-        }
+        if all.len() <= 12 { all } else { format!("{}…", significant(c.value(), 8)) }
     });
     let shown = join(&|c| {
         if unwritten(c) { "-".into() } else { hex(c.raw) }
@@ -180,12 +163,7 @@ fn worked(stage: &str, name: &str) -> String {
         writeln!(out, "{:<24} {}", "probes", result.probes).unwrap();
     }
     let own = |flag: &&String| flag.starts_with(&format!("{stage}."));
-    let flags: Vec<&str> = result
-        .flags
-        .iter()
-        .filter(own)
-        .map(String::as_str)
-        .collect();
+    let flags: Vec<&str> = result.flags.iter().filter(own).map(String::as_str).collect();
     if !flags.is_empty() {
         writeln!(out, "{:<24} {}", "flags", flags.join(" ")).unwrap();
     }
@@ -278,9 +256,7 @@ fn every_measured_error_belongs_to_a_register_of_its_stage() {
         if !has_fixed_registers(stage) {
             continue;
         }
-        let (_, rest) = text
-            .split_once("<!-- errors -->\n")
-            .expect("a block of errors");
+        let (_, rest) = text.split_once("<!-- errors -->\n").expect("a block of errors");
         let block = rest.split("<!-- end -->").next().unwrap();
         let names: BTreeSet<&str> = registers(stage.name()).map(|reg| reg.info().name).collect();
         let mut rows = 0;
@@ -299,10 +275,7 @@ fn every_event_is_explained_where_it_happens() {
         let (stage, _) = event.name().split_once('.').unwrap();
         let text = house::read(&house::root(&format!("docs/stages/{stage}.md")));
         let quoted = format!("`{}`", event.name());
-        assert!(
-            text.contains(&quoted),
-            "{stage}.md does not explain {quoted}"
-        );
+        assert!(text.contains(&quoted), "{stage}.md does not explain {quoted}");
     }
 }
 
@@ -312,10 +285,7 @@ fn the_examples_reach_every_stage_and_raise_no_overflow() {
     let (bumpy, bumpy_codes) = run("bumpy");
     assert!(plain.flags.is_empty() && bumpy.flags.is_empty());
     assert!(plain.probes > 1);
-    for stage in Stage::ALL
-        .into_iter()
-        .filter(|s| !OTHERS.contains(s) && has_fixed_registers(*s))
-    {
+    for stage in Stage::ALL.into_iter().filter(|s| !OTHERS.contains(s) && has_fixed_registers(*s)) {
         let written = registers(stage.name()).any(|reg| {
             let codes = plain_codes.get(reg).iter().chain(bumpy_codes.get(reg));
             codes.into_iter().any(|code| code.raw != 0)

@@ -18,10 +18,7 @@ fn every_version_says_which_bits_changed() {
             .split_once("### Bit-visible\n")
             .unwrap_or_else(|| panic!("version {version} has no heading Bit-visible"));
         let list = below.split("\n#").next().unwrap_or("").trim();
-        assert!(
-            !list.is_empty(),
-            "version {version}: say \"Nothing.\" or what changed"
-        );
+        assert!(!list.is_empty(), "version {version}: say \"Nothing.\" or what changed");
     }
 }
 
@@ -29,8 +26,5 @@ fn every_version_says_which_bits_changed() {
 fn the_citation_names_the_packages_version() {
     let citation = house::read(&house::root("CITATION.cff"));
     let version = format!("\nversion: {}\n", env!("CARGO_PKG_VERSION"));
-    assert!(
-        citation.contains(&version),
-        "CITATION.cff should have{version}"
-    );
+    assert!(citation.contains(&version), "CITATION.cff should have{version}");
 }

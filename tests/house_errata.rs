@@ -27,10 +27,7 @@ fn rows(markdown: &str) -> Vec<Vec<String>> {
 fn cells(line: &str) -> Vec<String> {
     let marked = line.replace("\\|", "\u{1}");
     let inner = marked.trim_matches('|');
-    inner
-        .split('|')
-        .map(|cell| cell.replace('\u{1}', "|").trim().to_owned())
-        .collect()
+    inner.split('|').map(|cell| cell.replace('\u{1}', "|").trim().to_owned()).collect()
 }
 
 /// What stands between backticks.
@@ -46,9 +43,7 @@ fn tests_in(source: &str) -> BTreeSet<String> {
         if line == "#[test]" {
             armed = true;
         } else if armed && !line.starts_with("#[") {
-            let name = line
-                .strip_prefix("fn ")
-                .and_then(|rest| rest.split('(').next());
+            let name = line.strip_prefix("fn ").and_then(|rest| rest.split('(').next());
             names.extend(name.map(str::to_owned));
             armed = name.is_none() && line.starts_with("//");
         }
@@ -90,11 +85,7 @@ fn every_row_of_the_errata_names_a_test_that_exists() {
         .iter()
         .filter_map(|row| problem(row, &tests).map(|what| format!("{}: {what}", row[0])))
         .collect();
-    assert!(
-        problems.is_empty(),
-        "docs/errata.md:\n{}",
-        problems.join("\n")
-    );
+    assert!(problems.is_empty(), "docs/errata.md:\n{}", problems.join("\n"));
 }
 
 #[test]
@@ -110,10 +101,7 @@ fn rows_without_a_proof_are_found() {
                  | g | h | no test yet: `eigen` |\n\
                  | i | j | no test yet |\n";
     let rows = rows(table);
-    let found: Vec<bool> = rows
-        .iter()
-        .map(|row| problem(row, &tests).is_some())
-        .collect();
+    let found: Vec<bool> = rows.iter().map(|row| problem(row, &tests).is_some()).collect();
     assert_eq!(found, [false, true, true, false, true, true]);
     assert_eq!(rows[1][0], "|l|");
 }

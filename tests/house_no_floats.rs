@@ -56,9 +56,8 @@ fn comment(rest: &str) -> Option<usize> {
 /// Length of the string literal that starts here, plain or raw, with its prefix.
 fn string(rest: &str, before: Option<u8>) -> Option<usize> {
     let in_word = before.is_some_and(|b| b.is_ascii_alphanumeric() || b == b'_');
-    let prefix = ["br", "cr", "r", "b", "c", ""]
-        .into_iter()
-        .find(|prefix| rest.starts_with(prefix))?;
+    let prefix =
+        ["br", "cr", "r", "b", "c", ""].into_iter().find(|prefix| rest.starts_with(prefix))?;
     if in_word && !prefix.is_empty() {
         return None;
     }
@@ -67,11 +66,7 @@ fn string(rest: &str, before: Option<u8>) -> Option<usize> {
     if prefix.ends_with('r') && body[hashes..].starts_with('"') {
         let end = format!("\"{}", "#".repeat(hashes));
         let start = prefix.len() + hashes + 1;
-        return Some(
-            rest[start..]
-                .find(&end)
-                .map_or(rest.len(), |at| start + at + end.len()),
-        );
+        return Some(rest[start..].find(&end).map_or(rest.len(), |at| start + at + end.len()));
     }
     if !body.starts_with('"') {
         return None;
@@ -160,18 +155,14 @@ fn is_float(word: &str) -> bool {
     if !word.starts_with(|c: char| c.is_ascii_digit()) {
         return false;
     }
-    let radix = ["0x", "0b", "0o"]
-        .iter()
-        .any(|prefix| word.starts_with(prefix));
+    let radix = ["0x", "0b", "0o"].iter().any(|prefix| word.starts_with(prefix));
     let suffixed = types.iter().any(|suffix| word.ends_with(suffix));
     !radix && (suffixed || word.contains(['.', 'e', 'E']) && !ends_in_size(word))
 }
 
 /// `usize` and `isize` hold an e: 7usize is an integer.
 fn ends_in_size(word: &str) -> bool {
-    ["usize", "isize"]
-        .iter()
-        .any(|suffix| word.ends_with(suffix))
+    ["usize", "isize"].iter().any(|suffix| word.ends_with(suffix))
 }
 
 #[test]
@@ -184,11 +175,7 @@ fn the_integer_model_has_no_floating_point_word_or_literal() {
             problems.push(format!("{}:{line}: {word}", path.display()));
         }
     }
-    assert!(
-        problems.is_empty(),
-        "floats in the integer model:\n{}",
-        problems.join("\n")
-    );
+    assert!(problems.is_empty(), "floats in the integer model:\n{}", problems.join("\n"));
 }
 
 #[test]
@@ -243,11 +230,7 @@ fn the_scan_leaves_integers_comments_and_strings_alone() {
         "fn f<'f64_like>(x: &'f64_like str) {}",
         "version_1e5",
     ] {
-        assert!(
-            floats(good).is_empty(),
-            "{:?} found in: {good}",
-            floats(good)
-        );
+        assert!(floats(good).is_empty(), "{:?} found in: {good}", floats(good));
     }
 }
 

@@ -16,27 +16,18 @@ fn named(folder: &str, extension: &str, helpers: &[&str]) -> BTreeSet<String> {
         let first = std::path::Path::new(first.as_os_str());
         first.with_extension("").display().to_string()
     });
-    names
-        .filter(|name| !helpers.contains(&name.as_str()))
-        .collect()
+    names.filter(|name| !helpers.contains(&name.as_str())).collect()
 }
 
 /// What is missing and what is too much, or nothing.
 fn differences(expected: &BTreeSet<String>, found: &BTreeSet<String>) -> Vec<String> {
-    let missing = expected
-        .difference(found)
-        .map(|name| format!("missing {name}"));
-    let extra = found
-        .difference(expected)
-        .map(|name| format!("extra {name}"));
+    let missing = expected.difference(found).map(|name| format!("missing {name}"));
+    let extra = found.difference(expected).map(|name| format!("extra {name}"));
     missing.chain(extra).collect()
 }
 
 fn stages() -> BTreeSet<String> {
-    Stage::ALL
-        .iter()
-        .map(|stage| stage.name().to_owned())
-        .collect()
+    Stage::ALL.iter().map(|stage| stage.name().to_owned()).collect()
 }
 
 #[test]
@@ -47,15 +38,7 @@ fn every_stage_has_its_file_in_the_model_the_reference_and_the_documents() {
         (
             "src/gpu/shaders",
             "wgsl",
-            &[
-                "policy",
-                "vector",
-                "cube",
-                "texture",
-                "planar",
-                "distances",
-                "kernels",
-            ],
+            &["policy", "vector", "cube", "texture", "planar", "distances", "kernels"],
         ),
         (
             "src/reference",
@@ -86,11 +69,7 @@ fn every_stage_has_its_file_in_the_model_the_reference_and_the_documents() {
             problems.push(format!("{folder}: {difference}.{extension}"));
         }
     }
-    assert!(
-        problems.is_empty(),
-        "twins differ:\n{}",
-        problems.join("\n")
-    );
+    assert!(problems.is_empty(), "twins differ:\n{}", problems.join("\n"));
 }
 
 #[test]
@@ -110,11 +89,7 @@ fn every_stage_file_defines_a_function_of_its_own_name() {
     for name in stages() {
         let path = house::root("src/gpu/shaders").join(format!("{name}.wgsl"));
         let text = house::read(&path);
-        let function = if name == "filter" {
-            "filter_cube"
-        } else {
-            &name
-        };
+        let function = if name == "filter" { "filter_cube" } else { &name };
         if !text.contains(&format!("\nfn {function}(")) {
             problems.push(format!("src/gpu/shaders/{name}.wgsl has no fn {function}"));
         }

@@ -28,29 +28,17 @@ fn every_exr_compression_and_sample_type_reads_what_was_written() {
     let (width, height) = (45, 70);
     for compression in COMPRESSIONS {
         for tile in [None, Some((16, 32)), Some((64, 64))] {
-            let (a, b, c) = (
-                ramp(width, height, 0),
-                ramp(width, height, 5),
-                ramp(width, height, 9),
-            );
+            let (a, b, c) =
+                (ramp(width, height, 0), ramp(width, height, 5), ramp(width, height, 9));
             let lossy_dct = matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
             let whole = c.iter().map(|v| *v as u32).collect();
             let channels = vec![
-                (
-                    "R",
-                    FlatSamples::F16(a.iter().map(|v| f16::from_f32(*v)).collect()),
-                ),
+                ("R", FlatSamples::F16(a.iter().map(|v| f16::from_f32(*v)).collect())),
                 ("Z", FlatSamples::F32(b.clone())),
                 ("id", FlatSamples::U32(whole)),
             ];
             let attributes = LayerAttributes::default();
-            let bytes = exr_file(
-                width,
-                height,
-                channels,
-                encoding(compression, tile),
-                attributes,
-            );
+            let bytes = exr_file(width, height, channels, encoding(compression, tile), attributes);
             let planar = folder.planar(&bytes).unwrap();
             assert_eq!((planar.width, planar.height), (width, height));
             assert!(planar.linear && planar.envmap.is_none());
@@ -61,10 +49,7 @@ fn every_exr_compression_and_sample_type_reads_what_was_written() {
             if lossy {
                 // Noise is the worst case of these codecs: only the mean level is checked.
                 let mean = |s: &[f32]| s.iter().map(|v| f64::from(*v)).sum::<f64>() / 3150.0;
-                assert!(
-                    (mean(r) - mean(&a)).abs() < 0.1 * mean(&a),
-                    "{compression:?}"
-                );
+                assert!((mean(r) - mean(&a)).abs() < 0.1 * mean(&a), "{compression:?}");
             } else {
                 assert_eq!(r, a, "{compression:?} {tile:?}");
             }
@@ -76,24 +61,12 @@ fn every_exr_compression_and_sample_type_reads_what_was_written() {
 fn stored_mip_levels_are_read_each_at_its_size() {
     let folder = Folder::new();
     for (rounding, sizes) in [
-        (
-            exr::math::RoundingMode::Down,
-            [(13, 6), (6, 3), (3, 1), (1, 1)].as_slice(),
-        ),
-        (
-            exr::math::RoundingMode::Up,
-            &[(13, 6), (7, 3), (4, 2), (2, 1), (1, 1)],
-        ),
+        (exr::math::RoundingMode::Down, [(13, 6), (6, 3), (3, 1), (1, 1)].as_slice()),
+        (exr::math::RoundingMode::Up, &[(13, 6), (7, 3), (4, 2), (2, 1), (1, 1)]),
     ] {
-        let level_data: Vec<FlatSamples> = sizes
-            .iter()
-            .enumerate()
-            .map(|(i, (w, h))| FlatSamples::F32(ramp(*w, *h, i)))
-            .collect();
-        let levels = Levels::Mip {
-            rounding_mode: rounding,
-            level_data,
-        };
+        let level_data: Vec<FlatSamples> =
+            sizes.iter().enumerate().map(|(i, (w, h))| FlatSamples::F32(ramp(*w, *h, i))).collect();
+        let levels = Levels::Mip { rounding_mode: rounding, level_data };
         let list = [AnyChannel::new("Y", levels)].into_iter().collect();
         let layer = Layer::new(
             Vec2(13, 6),
@@ -102,10 +75,7 @@ fn stored_mip_levels_are_read_each_at_its_size() {
             AnyChannels::sort(list),
         );
         let mut bytes = Cursor::new(Vec::new());
-        Image::from_layer(layer)
-            .write()
-            .to_buffered(&mut bytes)
-            .unwrap();
+        Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
         let path = folder.file("mips.exr", &bytes.into_inner());
         let read = load_planar_levels(&path, &LoadOptions::default()).unwrap();
         assert_eq!(read.len(), sizes.len());
@@ -113,10 +83,7 @@ fn stored_mip_levels_are_read_each_at_its_size() {
             assert_eq!((level.width, level.height), (*w, *h));
             assert_eq!(level.channel("Y").unwrap(), ramp(*w, *h, i));
         }
-        assert_eq!(
-            load_planar(&path, &LoadOptions::default()).unwrap(),
-            read[0]
-        );
+        assert_eq!(load_planar(&path, &LoadOptions::default()).unwrap(), read[0]);
     }
 }
 
@@ -124,17 +91,8 @@ fn stored_mip_levels_are_read_each_at_its_size() {
 fn the_data_window_counts_wherever_it_lies() {
     let folder = Folder::new();
     for position in [Vec2(-40, 7), Vec2(0, 1000), Vec2(-1000, -1)] {
-        let attributes = LayerAttributes {
-            layer_position: position,
-            ..LayerAttributes::default()
-        };
-        let bytes = exr_file(
-            8,
-            4,
-            rgb(8, 4),
-            encoding(Compression::ZIP16, None),
-            attributes,
-        );
+        let attributes = LayerAttributes { layer_position: position, ..LayerAttributes::default() };
+        let bytes = exr_file(8, 4, rgb(8, 4), encoding(Compression::ZIP16, None), attributes);
         let planar = folder.planar(&bytes).unwrap();
         assert_eq!(planar.channel("G").unwrap(), ramp(8, 4, 1));
     }
@@ -193,10 +151,8 @@ fn png_pictures_hold_rounded_srgb_codes_and_text() {
         picture.rgb[code] = [linear; 3];
         picture.rgb[256 + code] = [-linear - 0.1, linear + 1.0, f64::NAN];
     }
-    let text = [
-        ("Software".to_owned(), "tapline".to_owned()),
-        ("unit".to_owned(), "größe".to_owned()),
-    ];
+    let text =
+        [("Software".to_owned(), "tapline".to_owned()), ("unit".to_owned(), "größe".to_owned())];
     let mut bytes = Vec::new();
     write_png(&mut bytes, &picture, 0.0, &text).unwrap();
     for part in ["tEXtSoftware\0tapline", "iTXtunit\0", "größe", "sRGB"] {
@@ -230,35 +186,17 @@ fn png_planes_are_raw_codes_of_eight_and_sixteen_bits() {
     use png::{BitDepth, ColorType};
     let folder = Folder::new();
     let data: Vec<u8> = (0..16).map(|i| i * 17).collect();
-    let planar = folder
-        .planar(&png_file(
-            4,
-            4,
-            ColorType::Grayscale,
-            BitDepth::Eight,
-            &data,
-        ))
-        .unwrap();
+    let planar =
+        folder.planar(&png_file(4, 4, ColorType::Grayscale, BitDepth::Eight, &data)).unwrap();
     let expected: Vec<f32> = data.iter().map(|v| f32::from(*v) / 255.0).collect();
     assert_eq!(planar.channel("Y").unwrap(), expected);
     assert!(!planar.linear);
-    let planar = folder
-        .planar(&png_file(
-            2,
-            4,
-            ColorType::Grayscale,
-            BitDepth::Sixteen,
-            &data,
-        ))
-        .unwrap();
-    let expected: Vec<f32> = data
-        .chunks(2)
-        .map(|v| f32::from(u16::from_be_bytes([v[0], v[1]])) / 65535.0)
-        .collect();
+    let planar =
+        folder.planar(&png_file(2, 4, ColorType::Grayscale, BitDepth::Sixteen, &data)).unwrap();
+    let expected: Vec<f32> =
+        data.chunks(2).map(|v| f32::from(u16::from_be_bytes([v[0], v[1]])) / 65535.0).collect();
     assert_eq!(planar.channel("Y").unwrap(), expected);
-    let planar = folder
-        .planar(&png_file(2, 2, ColorType::Rgba, BitDepth::Eight, &data))
-        .unwrap();
+    let planar = folder.planar(&png_file(2, 2, ColorType::Rgba, BitDepth::Eight, &data)).unwrap();
     let names: Vec<&str> = planar.channels.iter().map(|c| c.0.as_str()).collect();
     assert_eq!(names, ["R", "G", "B", "A"]);
     assert_eq!(planar.channel("B").unwrap()[3], f32::from(data[14]) / 255.0);
@@ -281,12 +219,7 @@ fn a_jpeg_is_read_as_raw_codes() {
 #[test]
 fn radiance_pixels_are_mantissa_times_a_power_of_two() {
     let folder = Folder::new();
-    let pixels = [
-        [128, 64, 1, 129],
-        [255, 3, 4, 136],
-        [10, 20, 30, 0],
-        [200, 100, 50, 137],
-    ];
+    let pixels = [[128, 64, 1, 129], [255, 3, 4, 136], [10, 20, 30, 0], [200, 100, 50, 137]];
     let planar = folder.planar(&hdr_file(2, 2, &pixels)).unwrap();
     assert!(planar.linear);
     assert_eq!(planar.channel("R").unwrap(), [1.0, 255.0, 0.0, 400.0]);
@@ -300,8 +233,7 @@ fn whole_files_written_through_the_picture_writers_are_read_back() {
     let path: &Path = &folder.path().join("picture.exr");
     let picture = Picture::new(4, 2);
     let mut file = WholeFile::create(path).unwrap();
-    file.write_with(|w| write_exr(w, &picture, &[], Sample::Half))
-        .unwrap();
+    file.write_with(|w| write_exr(w, &picture, &[], Sample::Half)).unwrap();
     file.commit().unwrap();
     let planar = load_planar(path, &LoadOptions::default()).unwrap();
     assert_eq!(planar.envmap, None::<EnvLayout>);

@@ -14,10 +14,7 @@ use tapline::image::{Cleaned, LoadOptions, build_mips, load_environment};
 use tapline::srgb::srgb_decode;
 
 fn with_envmap(kind: attribute::EnvironmentMap) -> LayerAttributes {
-    LayerAttributes {
-        environment_map: Some(kind),
-        ..LayerAttributes::default()
-    }
+    LayerAttributes { environment_map: Some(kind), ..LayerAttributes::default() }
 }
 
 #[test]
@@ -74,19 +71,11 @@ fn a_gpu_strip_is_copied_texel_for_texel() {
 fn the_asked_face_size_is_honoured_and_limited() {
     let folder = Folder::new();
     let load = |bytes: &[u8], size, mb| {
-        let options = LoadOptions {
-            max_image_mb: mb,
-            face_size: Some(size),
-        };
+        let options = LoadOptions { max_image_mb: mb, face_size: Some(size) };
         load_environment(&folder.file("sized", bytes), &options)
     };
-    let strip = exr_file(
-        4,
-        24,
-        rgb(4, 24),
-        encoding(Compression::ZIP16, None),
-        LayerAttributes::default(),
-    );
+    let strip =
+        exr_file(4, 24, rgb(4, 24), encoding(Compression::ZIP16, None), LayerAttributes::default());
     for bytes in [simple_exr(16, 8, Compression::ZIP16), strip] {
         for size in [1, 3, 8] {
             let (map, _) = load(&bytes, size, 512).unwrap();
@@ -108,22 +97,11 @@ fn a_strong_reduction_keeps_the_mean_of_the_sphere() {
     // out of those under a texel (256 columns / 8 texels around the belt = 32): 1/32.
     let folder = Folder::new();
     let (width, height) = (256, 128);
-    let stripes: Vec<f32> = (0..width * height)
-        .map(|i| f32::from((i % 2) as u8))
-        .collect();
+    let stripes: Vec<f32> = (0..width * height).map(|i| f32::from((i % 2) as u8)).collect();
     let channels = vec![("Y", FlatSamples::F32(stripes))];
     let encoding = encoding(Compression::ZIP16, None);
-    let bytes = exr_file(
-        width,
-        height,
-        channels,
-        encoding,
-        LayerAttributes::default(),
-    );
-    let options = LoadOptions {
-        face_size: Some(2),
-        ..LoadOptions::default()
-    };
+    let bytes = exr_file(width, height, channels, encoding, LayerAttributes::default());
+    let options = LoadOptions { face_size: Some(2), ..LoadOptions::default() };
     let (map, _) = load_environment(&folder.file("stripes", &bytes), &options).unwrap();
     for texel in &map.levels[0].texels {
         assert!((texel[0] - 0.5).abs() <= 1.0 / 32.0, "{texel:?}");
@@ -150,11 +128,7 @@ fn colours_come_from_the_unnamed_layer_and_bad_samples_are_counted() {
         LayerAttributes::default(),
     );
     let (cube, cleaned) = folder.environment(&bytes).unwrap();
-    let expected = Cleaned {
-        nan: 1,
-        inf: 2,
-        negative: 1,
-    };
+    let expected = Cleaned { nan: 1, inf: 2, negative: 1 };
     assert_eq!(cleaned, expected);
     for texel in &cube.texels {
         assert!(texel.iter().all(|v| v.is_finite() && *v >= 0.0));
@@ -181,9 +155,7 @@ fn side_middles(size: usize, face: usize, x: usize, y: usize) -> [[i64; 3]; 4] {
     [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(dx, dy)| {
         let mut point = [0; 3];
         for ((axis, sign), value) in
-            FACE_AXES[face]
-                .into_iter()
-                .zip([centre(x) + dx, centre(y) + dy, n])
+            FACE_AXES[face].into_iter().zip([centre(x) + dx, centre(y) + dy, n])
         {
             point[axis] = if sign < 0.0 { -value } else { value };
         }
@@ -248,36 +220,17 @@ fn a_map_of_4096_by_2048_loads() {
         .into_iter()
         .enumerate()
         .map(|(i, name)| {
-            let half = ramp(width, height, i)
-                .into_iter()
-                .map(f16::from_f32)
-                .collect();
+            let half = ramp(width, height, i).into_iter().map(f16::from_f32).collect();
             (name, FlatSamples::F16(half))
         })
         .collect();
     let encoding = encoding(Compression::ZIP16, None);
-    let bytes = exr_file(
-        width,
-        height,
-        channels,
-        encoding,
-        LayerAttributes::default(),
-    );
+    let bytes = exr_file(width, height, channels, encoding, LayerAttributes::default());
     let path = folder.file("large.exr", &bytes);
     let start = std::time::Instant::now();
     let (map, _) = load_environment(&path, &LoadOptions::default()).unwrap();
-    eprintln!(
-        "{} MiB file, {:.2} s",
-        bytes.len() >> 20,
-        start.elapsed().as_secs_f64()
-    );
+    eprintln!("{} MiB file, {:.2} s", bytes.len() >> 20, start.elapsed().as_secs_f64());
     assert_eq!((map.size(), map.levels.len()), (1024, 11));
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    eprintln!(
-        "{}",
-        status
-            .lines()
-            .find(|l| l.starts_with("VmHWM"))
-            .unwrap_or("no memory figure")
-    );
+    eprintln!("{}", status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("no memory figure"));
 }

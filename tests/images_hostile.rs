@@ -125,17 +125,10 @@ fn a_hand_made_exr_is_read_and_its_hostile_sisters_are_refused_by_name() {
         (error.place.unwrap_or_default(), error.found)
     };
     let row = [0u8, 0x3c].repeat(8);
-    let lines: [(&[i32], &[u8]); 4] = [
-        (&[0, 16], &row),
-        (&[1, 16], &row),
-        (&[2, 16], &row),
-        (&[3, 16], &row),
-    ];
+    let lines: [(&[i32], &[u8]); 4] =
+        [(&[0, 16], &row), (&[1, 16], &row), (&[2, 16], &row), (&[3, 16], &row)];
     let good = Header::default().with_chunks(&lines);
-    assert_eq!(
-        folder.planar(&good).unwrap().channel("Y").unwrap(),
-        [1.0; 32]
-    );
+    assert_eq!(folder.planar(&good).unwrap().channel("Y").unwrap(), [1.0; 32]);
 
     // Windows.
     for (window, expected) in [
@@ -147,10 +140,7 @@ fn a_hand_made_exr_is_read_and_its_hostile_sisters_are_refused_by_name() {
         ([0, 9, 7, 3], "dataWindow"),
         ([i32::MIN, i32::MIN, i32::MAX, i32::MAX], "dataWindow"),
     ] {
-        let header = Header {
-            window,
-            ..Header::default()
-        };
+        let header = Header { window, ..Header::default() };
         let (found, _) = place(&header.with_chunks(&lines));
         assert_eq!(found, expected, "{window:?}");
     }
@@ -163,39 +153,19 @@ fn a_hand_made_exr_is_read_and_its_hostile_sisters_are_refused_by_name() {
         ([64, 1 << 30], 0, "size"),
         ([i32::MAX, i32::MAX], 0, "size"),
     ] {
-        let header = Header {
-            flags: 2 | 1 << 9,
-            tiles: Some((size, mode)),
-            ..Header::default()
-        };
-        assert_eq!(
-            place(&header.with_chunks(&[])).0,
-            expected,
-            "{size:?} {mode}"
-        );
+        let header = Header { flags: 2 | 1 << 9, tiles: Some((size, mode)), ..Header::default() };
+        assert_eq!(place(&header.with_chunks(&[])).0, expected, "{size:?} {mode}");
     }
 
     // Kinds that are not read.
-    let deep = Header {
-        flags: 2 | 1 << 11,
-        ..Header::default()
-    };
+    let deep = Header { flags: 2 | 1 << 11, ..Header::default() };
     assert_eq!(place(&deep.with_chunks(&lines)).1, "deep data");
-    let deep = Header {
-        kind: Some("deepscanline"),
-        ..Header::default()
-    };
+    let deep = Header { kind: Some("deepscanline"), ..Header::default() };
     assert_eq!(place(&deep.with_chunks(&lines)).1, "deep data");
-    let chroma = Header {
-        sampling: [2, 2],
-        ..Header::default()
-    };
+    let chroma = Header { sampling: [2, 2], ..Header::default() };
     assert_eq!(place(&chroma.with_chunks(&lines)).0, "channel \"Y\"");
     for compression in [10, 11, 12, 255] {
-        let header = Header {
-            compression,
-            ..Header::default()
-        };
+        let header = Header { compression, ..Header::default() };
         assert_eq!(place(&header.with_chunks(&lines)).0, "compression");
     }
 
@@ -205,10 +175,7 @@ fn a_hand_made_exr_is_read_and_its_hostile_sisters_are_refused_by_name() {
     let negative: [(&[i32], &[u8]); 4] = [lines[0], lines[1], lines[2], (&[-1, 16], &row)];
     let huge: [(&[i32], &[u8]); 4] = [lines[0], lines[1], lines[2], (&[3, i32::MAX], &row)];
     for chunks in [twice, outside, negative, huge] {
-        assert_eq!(
-            place(&Header::default().with_chunks(&chunks)).0,
-            "chunk table"
-        );
+        assert_eq!(place(&Header::default().with_chunks(&chunks)).0, "chunk table");
     }
     let short: [(&[i32], &[u8]); 4] = [lines[0], lines[1], lines[2], (&[3, 4], &row[..4])];
     assert_eq!(place(&Header::default().with_chunks(&short)).0, "pixels");
@@ -221,10 +188,7 @@ fn a_hand_made_exr_is_read_and_its_hostile_sisters_are_refused_by_name() {
 #[test]
 fn dwa_chunks_that_claim_exabytes_are_refused_before_they_are_taken_at_their_word() {
     let folder = Folder::new();
-    let header = Header {
-        compression: 8,
-        ..Header::default()
-    };
+    let header = Header { compression: 8, ..Header::default() };
     for counter in 1..10 {
         for claim in [1u64 << 62, 1 << 40, 1 << 33] {
             let mut data = vec![0u8; 88];
@@ -259,20 +223,14 @@ fn files_with_random_damage_give_pixels_or_an_error() {
     install_quiet_panic_hook();
     let folder = Folder::new();
     // More rounds by hand: TAPLINE_DAMAGE_ROUNDS=10000.
-    let rounds = std::env::var("TAPLINE_DAMAGE_ROUNDS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(150);
+    let rounds =
+        std::env::var("TAPLINE_DAMAGE_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(150);
     // A small limit keeps even a believed lie cheap.
-    let options = LoadOptions {
-        max_image_mb: 1,
-        face_size: Some(2),
-    };
+    let options = LoadOptions { max_image_mb: 1, face_size: Some(2) };
     let mut state = 0x9e37_79b9_7f4a_7c15u64;
     let mut random = |below: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below
     };
     let (mut errors, mut pixels) = (0u32, 0u32);
@@ -295,10 +253,7 @@ fn files_with_random_damage_give_pixels_or_an_error() {
         }
     }
     // Both ends of the coin must have come up, or the test proves nothing.
-    assert!(
-        errors > 100 && pixels > 100,
-        "{errors} errors, {pixels} pictures"
-    );
+    assert!(errors > 100 && pixels > 100, "{errors} errors, {pixels} pictures");
 }
 
 /// A 2:1 picture in every format and EXR compression.
@@ -323,13 +278,7 @@ fn sample_files() -> Vec<Vec<u8>> {
     let pixels: Vec<[u8; 4]> = (0..32u8).map(|i| [i, 9, 200 - i, 130]).collect();
     files.push(hdr_file(8, 4, &pixels));
     let data: Vec<u8> = (0..96).map(|i| i * 2).collect();
-    files.push(png_file(
-        8,
-        4,
-        png::ColorType::Rgb,
-        png::BitDepth::Eight,
-        &data,
-    ));
+    files.push(png_file(8, 4, png::ColorType::Rgb, png::BitDepth::Eight, &data));
     let mut jpeg = Vec::new();
     let encoder = image::codecs::jpeg::JpegEncoder::new(&mut jpeg);
     image::ImageEncoder::write_image(encoder, &data, 8, 4, image::ExtendedColorType::Rgb8).unwrap();
@@ -347,10 +296,7 @@ fn unreadable_and_unknown_files_are_errors() {
     for bytes in [&b""[..], b"v/1", b"GIF89a", b"<html>"] {
         assert!(folder.planar(bytes).is_err());
     }
-    let small = LoadOptions {
-        max_image_mb: 0,
-        face_size: None,
-    };
+    let small = LoadOptions { max_image_mb: 0, face_size: None };
     let path = folder.file("small.exr", &simple_exr(2, 1, Compression::RLE));
     assert!(load_planar(&path, &small).is_err());
 }
@@ -361,10 +307,7 @@ fn the_image_limit_is_in_mebibytes_of_pixels() {
     // 512 × 256 × 3 floats are 1.5 MiB.
     let path = folder.file("limit.exr", &simple_exr(512, 256, Compression::RLE));
     let load = |mb| {
-        let options = LoadOptions {
-            max_image_mb: mb,
-            face_size: None,
-        };
+        let options = LoadOptions { max_image_mb: mb, face_size: None };
         load_planar(&path, &options)
     };
     assert!(load(2).is_ok());

@@ -18,9 +18,7 @@ use tapline::srgb::srgb_encode;
 
 /// The shared data, or nothing and a line on stderr.
 fn data(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/data")
-        .join(folder);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
     if path.is_dir() {
         Some(path)
     } else {
@@ -30,20 +28,15 @@ fn data(folder: &str) -> Option<PathBuf> {
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     assert!(!files.is_empty());
     files
 }
 
 fn level0(path: &Path, face_size: usize) -> CubeLevel {
-    let options = LoadOptions {
-        face_size: Some(face_size),
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions { face_size: Some(face_size), ..LoadOptions::default() };
     let (map, _) = load_environment(path, &options).unwrap();
     map.levels.into_iter().next().unwrap()
 }
@@ -79,8 +72,7 @@ fn write_faces(cube: &CubeLevel, path: &Path) {
         }
     }
     let mut file = tapline::image::WholeFile::create(path).unwrap();
-    file.write_with(|w| tapline::image::write_png(w, &picture, 0.0, &[]))
-        .unwrap();
+    file.write_with(|w| tapline::image::write_png(w, &picture, 0.0, &[])).unwrap();
     file.commit().unwrap();
 }
 
@@ -119,10 +111,7 @@ fn cube_and_latlong_versions_of_a_scene_agree_on_every_face_in_this_orientation_
             let other = psnr_per_face(&turned(&cube, wrong), &latlong);
             for face in 0..6 {
                 let label = FACE_NAMES[face];
-                assert!(
-                    psnr[face] > other[face] + 10.0,
-                    "{name} {label} {wrong:?}: {other:?}"
-                );
+                assert!(psnr[face] > other[face] + 10.0, "{name} {label} {wrong:?}: {other:?}");
             }
         }
     }
@@ -151,10 +140,8 @@ fn samples_of_marked_latlong_maps_lie_on_the_poles() {
         write_exr(&mut bytes, &picture, &[], Sample::Float).unwrap();
         let unmarked = folder.path().join("unmarked.exr");
         std::fs::write(&unmarked, bytes).unwrap();
-        let (right, wrong) = (
-            psnr_per_face(&marked, &cube),
-            psnr_per_face(&level0(&unmarked, 256), &cube),
-        );
+        let (right, wrong) =
+            (psnr_per_face(&marked, &cube), psnr_per_face(&level0(&unmarked, 256), &cube));
         eprintln!("{name}: on the poles {right:.1?}, at halves {wrong:.1?} dB");
         let mean = |p: [f64; 6]| p.iter().sum::<f64>() / 6.0;
         assert!(mean(right) > mean(wrong) + 1.0, "{name}");
@@ -219,10 +206,7 @@ fn bad_samples_are_counted_as_the_data_says() {
         ("KernerEnvCube.exr", 0),
     ] {
         let (map, cleaned) = load_environment(&env.join(name), &LoadOptions::default()).unwrap();
-        let expected = Cleaned {
-            negative,
-            ..Cleaned::default()
-        };
+        let expected = Cleaned { negative, ..Cleaned::default() };
         assert_eq!(cleaned, expected, "{name}");
         assert_eq!(map.size(), if name == "pmndrs-sky.exr" { 128 } else { 256 });
         let sane = |v: &f32| v.is_finite() && *v >= 0.0;
@@ -242,11 +226,7 @@ fn bad_samples_are_counted_as_the_data_says() {
         for (_, samples) in &mut planar.channels {
             cleaned.clean(samples);
         }
-        assert_eq!(
-            (cleaned.nan, cleaned.inf, cleaned.negative),
-            (nan, inf, negative),
-            "{name}"
-        );
+        assert_eq!((cleaned.nan, cleaned.inf, cleaned.negative), (nan, inf, negative), "{name}");
     }
 }
 
@@ -265,14 +245,7 @@ fn stored_mip_chains_are_read_whole() {
         assert_eq!(sizes, expected, "{name}");
         for level in &levels {
             let names: Vec<&str> = level.channels.iter().map(|c| c.0.as_str()).collect();
-            let six = [
-                "b0_h",
-                "b1_dhds",
-                "b2_dhdt",
-                "b3_dhds2",
-                "b4_dhdt2",
-                "b5_dh2dsdt",
-            ];
+            let six = ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"];
             assert_eq!(names, six, "{name}");
         }
     }
@@ -282,10 +255,7 @@ fn stored_mip_chains_are_read_whole() {
         (low, high) = (low.min(*v), high.max(*v));
     }
     // The data's README gives the range to four digits.
-    assert!(
-        (low + 53.6).abs() < 0.05 && (high - 112.6).abs() < 0.05,
-        "{low} {high}"
-    );
+    assert!((low + 53.6).abs() < 0.05 && (high - 112.6).abs() < 0.05, "{low} {high}");
 
     // Every level of this chart has a colour of its own.
     let chart = root.join("../exr-odd/valid/ColorCodedLevels.exr");
@@ -320,17 +290,10 @@ fn bump_maps_of_every_kind_are_read_as_raw_codes() {
         ("brass_roughness.jpg", 2048, 1, 10.0, 255.0),
     ] {
         let planar = load_planar(&root.join(name), &LoadOptions::default()).unwrap();
-        assert_eq!(
-            (planar.width, planar.height, planar.linear),
-            (width, width, false),
-            "{name}"
-        );
+        assert_eq!((planar.width, planar.height, planar.linear), (width, width, false), "{name}");
         assert_eq!(planar.channels.len(), channels, "{name}");
         let samples = || planar.channels.iter().flat_map(|c| &c.1).copied();
-        let found = (
-            samples().fold(f32::MAX, f32::min),
-            samples().fold(f32::MIN, f32::max),
-        );
+        let found = (samples().fold(f32::MAX, f32::min), samples().fold(f32::MIN, f32::max));
         // JPEG decoders may differ by a few codes where the chroma is sub-sampled; PNG is exact.
         let slack = if name.ends_with(".jpg") { 3.0 } else { 1e-3 };
         assert!((found.0 * 255.0 - low).abs() <= slack, "{name} {found:?}");
@@ -350,10 +313,7 @@ fn every_unusual_but_valid_exr_is_read_or_refused_by_name() {
     };
     for file in files(&folder) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        match (
-            load_planar_levels(&file, &LoadOptions::default()),
-            refused(&name),
-        ) {
+        match (load_planar_levels(&file, &LoadOptions::default()), refused(&name)) {
             (Ok(levels), None) => assert!(!levels.is_empty()),
             (Err(error), Some(why)) => assert_eq!(error.found, why, "{name}"),
             (result, _) => panic!("{name}: {result:?}"),
@@ -385,10 +345,7 @@ fn hostile_files_end_in_an_error_or_in_pixels() {
             ];
             for error in results.into_iter().filter_map(Result::err) {
                 assert!(!error.expected.is_empty() && !error.found.is_empty());
-                assert!(
-                    !error.to_string().contains("fault in the decoder"),
-                    "{error}"
-                );
+                assert!(!error.to_string().contains("fault in the decoder"), "{error}");
             }
             let seconds = start.elapsed().as_secs_f64();
             assert!(seconds < 20.0, "{}: {seconds} s", file.display());
@@ -406,12 +363,7 @@ fn hostile_files_need_less_than_one_and_a_half_gigabytes() {
     let status = std::process::Command::new("sh")
         .args(["-c", "ulimit -v 1572864 && exec \"$0\" \"$@\""])
         .arg(std::env::current_exe().unwrap())
-        .args([
-            "--exact",
-            "hostile_files_end_in_an_error_or_in_pixels",
-            "--test-threads",
-            "1",
-        ])
+        .args(["--exact", "hostile_files_end_in_an_error_or_in_pixels", "--test-threads", "1"])
         .env("RAYON_NUM_THREADS", "2")
         .status()
         .unwrap();

@@ -38,13 +38,8 @@ fn an_impostor_comes_back_without_a_changed_bit() {
     let folder = Folder::new();
     let path = folder.0.path().join("room.exr");
     // A ball alone: most directions see nothing and are infinite.
-    let ball = World::default().with(
-        Ball {
-            centre: [0.5, 0.0, -2.0],
-            radius: 1.0,
-        },
-        Paint::Tiled { colour: [0.5; 3] },
-    );
+    let ball = World::default()
+        .with(Ball { centre: [0.5, 0.0, -2.0], radius: 1.0 }, Paint::Tiled { colour: [0.5; 3] });
     for (world, infinite) in [(ball, true), (built_in::columns(), false)] {
         let impostor = Impostor::build(&world, [0.0; 3], 24);
         let mut file = File::create(&path).unwrap();
@@ -102,17 +97,10 @@ fn resampling_keeps_infinite_texels_infinite_and_never_makes_a_nan() {
     samples[..32].fill(f32::INFINITY);
     let path = folder.planes([8, 48], &[("Z", samples)]);
     for face_size in [4, 16] {
-        let options = LoadOptions {
-            face_size: Some(face_size),
-            ..LoadOptions::default()
-        };
+        let options = LoadOptions { face_size: Some(face_size), ..LoadOptions::default() };
         let (cube, _) = load_distance(&path, None, &options).unwrap();
         assert_eq!(cube.texels.len(), 6 * face_size * face_size);
-        assert!(
-            cube.texels
-                .iter()
-                .all(|d| d.is_infinite() || (d - 2.0).abs() < 1e-6)
-        );
+        assert!(cube.texels.iter().all(|d| d.is_infinite() || (d - 2.0).abs() < 1e-6));
         // Only the upper half of +x is infinite: its taps reach every face but −x, which it does not touch.
         let opposite = face_size * face_size..2 * face_size * face_size;
         assert!(cube.texels[0].is_infinite());
@@ -130,27 +118,19 @@ fn damaged_and_unfit_files_are_errors() {
     let path = folder.0.path().join("cut.exr");
     for length in (0..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..length]).unwrap();
-        assert!(
-            load_distance(&path, None, &options).is_err(),
-            "{length} bytes"
-        );
+        assert!(load_distance(&path, None, &options).is_err(), "{length} bytes");
     }
     let odd = folder.planes([5, 7], &[("Z", vec![1.0; 35])]);
     assert!(load_distance(&odd, None, &options).is_err());
-    let small = LoadOptions {
-        max_image_mb: 0,
-        ..options
-    };
+    let small = LoadOptions { max_image_mb: 0, ..options };
     assert!(load_distance(&odd, None, &small).is_err());
 }
 
 #[test]
 fn worlds_are_closed_and_only_the_room_is_convex_from_the_reference_point() {
-    for (world, convex) in [
-        (built_in::room(), true),
-        (built_in::columns(), false),
-        (built_in::doorway(), false),
-    ] {
+    for (world, convex) in
+        [(built_in::room(), true), (built_in::columns(), false), (built_in::doorway(), false)]
+    {
         let impostor = Impostor::build(&world, [0.0; 3], 32);
         assert!(impostor.distance.texels.iter().all(|d| d.is_finite()));
         let walls: std::collections::BTreeSet<i32> =
@@ -158,11 +138,5 @@ fn worlds_are_closed_and_only_the_room_is_convex_from_the_reference_point() {
         assert_eq!(walls.len() == 6 && walls.iter().all(|w| *w < 6), convex);
     }
     // A box of the room's size and nothing else.
-    assert_eq!(
-        built_in::ROOM,
-        Cuboid {
-            low: [-4.0, -2.0, -5.0],
-            high: [4.0, 3.0, 5.0]
-        }
-    );
+    assert_eq!(built_in::ROOM, Cuboid { low: [-4.0, -2.0, -5.0], high: [4.0, 3.0, 5.0] });
 }

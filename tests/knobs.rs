@@ -28,10 +28,7 @@ use tapline::unit::{ReferenceAxis, UnitSpec};
 
 /// Policies that switch a path on: (prefix of the path, settings of both units).
 const ENABLES: &[(&str, &[(&str, &str)])] = &[
-    (
-        "footprint.weight_bits",
-        &[("footprint.weights", "\"gaussian\"")],
-    ),
+    ("footprint.weight_bits", &[("footprint.weights", "\"gaussian\"")]),
     ("registers.cube_face.rotated", &[ROTATED]),
     ("registers.jacobian.perp_dot_e", &[FRAME]),
     ("registers.jacobian.tilt", &[FRAME]),
@@ -41,24 +38,13 @@ const ENABLES: &[(&str, &[(&str, &str)])] = &[
     ("registers.filter.bilinear.rounding", &[NARROW]),
     ("registers.filter.bilinear.frac", &[NARROW]),
     // As wide as what it is written from; a narrower one rounds.
-    (
-        "registers.eigen.axis.rounding",
-        &[("registers.eigen.axis.frac", "12")],
-    ),
-    (
-        "registers.address.u.rounding",
-        &[("registers.address.u.frac", "12")],
-    ),
-    (
-        "registers.address.v.rounding",
-        &[("registers.address.v.frac", "12")],
-    ),
+    ("registers.eigen.axis.rounding", &[("registers.eigen.axis.frac", "12")]),
+    ("registers.address.u.rounding", &[("registers.address.u.frac", "12")]),
+    ("registers.address.v.rounding", &[("registers.address.v.frac", "12")]),
 ];
 
-const ROTATED: (&str, &str) = (
-    "transform.rotation",
-    "[0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0]",
-);
+const ROTATED: (&str, &str) =
+    ("transform.rotation", "[0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0]");
 const FRAME: (&str, &str) = ("jacobian.dnmod", "\"frame\"");
 const NARROW: (&str, &str) = ("registers.filter.bilinear.frac", "20");
 
@@ -91,11 +77,7 @@ fn corpus(spec: &UnitSpec) -> Vec<Fragment> {
     let settings = spec.settings(ReferenceAxis::Exact);
     let mut out = extremes();
     for info in SCENES {
-        let options = SceneOptions {
-            width: 24,
-            height: 24,
-            ..SceneOptions::default()
-        };
+        let options = SceneOptions { width: 24, height: 24, ..SceneOptions::default() };
         let scene = build(info.name, &options, &settings).unwrap();
         out.extend(scene.fragments.iter().step_by(9).map(|f| f.fragment));
     }
@@ -187,18 +169,12 @@ struct Run {
 }
 
 fn policies(spec: &UnitSpec) -> (String, String) {
-    (
-        format!("{:?}", spec.roughness_interpolation),
-        format!("{:?}", spec.roughness_curvature),
-    )
+    (format!("{:?}", spec.roughness_interpolation), format!("{:?}", spec.roughness_curvature))
 }
 
 impl Bench {
     fn new() -> Self {
-        Self {
-            map: environment(),
-            plain: corpus(&UnitSpec::default()),
-        }
+        Self { map: environment(), plain: corpus(&UnitSpec::default()) }
     }
 
     /// Hashes until `stop` says that the last one was enough; `None` for a unit that is refused.
@@ -209,10 +185,7 @@ impl Bench {
         let texture: Texture = encode::texture(&spec.config, &self.map).ok()?;
         let size = u32::try_from(FACE).unwrap();
         let mut units: Vec<(Needs, Unit)> = Vec::new();
-        let mut run = Run {
-            hashes: Vec::new(),
-            flags: Vec::new(),
-        };
+        let mut run = Run { hashes: Vec::new(), flags: Vec::new() };
         let mut probe = RtlProbe::default();
         for (i, fragment) in fragments.iter().enumerate() {
             let needs = encode::needs(fragment);
@@ -225,16 +198,8 @@ impl Bench {
             for codes in &probe.registers {
                 codes.len().hash(&mut hash);
                 for code in codes {
-                    let zeros = if code.raw == 0 {
-                        0
-                    } else {
-                        code.raw.trailing_zeros()
-                    };
-                    let frac = if code.raw == 0 {
-                        0
-                    } else {
-                        code.frac - i64::from(zeros)
-                    };
+                    let zeros = if code.raw == 0 { 0 } else { code.raw.trailing_zeros() };
+                    let frac = if code.raw == 0 { 0 } else { code.frac - i64::from(zeros) };
                     (code.raw >> zeros, frac).hash(&mut hash);
                 }
             }
@@ -306,14 +271,12 @@ fn others(path: &str, value: &Value, legal: &str) -> Vec<Value> {
             .map(Value::Integer)
             .collect(),
         Value::Float(x) => vec![Value::Float(x + 0.5)],
-        Value::Text(t) => legal
-            .split(" | ")
-            .filter(|l| *l != t)
-            .map(|l| Value::Text(l.into()))
-            .collect(),
-        Value::Numbers(_) => vec![Value::Numbers(vec![
-            0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0,
-        ])],
+        Value::Text(t) => {
+            legal.split(" | ").filter(|l| *l != t).map(|l| Value::Text(l.into())).collect()
+        }
+        Value::Numbers(_) => {
+            vec![Value::Numbers(vec![0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0])]
+        }
     }
 }
 
@@ -337,8 +300,7 @@ fn dead_modes(bench: &Bench, reg: Reg) -> Vec<String> {
         .filter(|m| *m != Overflow::SaturateSymmetric || !NEVER_BELOW.contains(&reg))
         .collect();
     for int in (0..spec.config.format(reg).int).rev() {
-        spec.set(&format!("{path}.int"), &Value::Integer(int.into()))
-            .unwrap();
+        spec.set(&format!("{path}.int"), &Value::Integer(int.into())).unwrap();
         let Some(base) = bench.whole(&spec) else {
             continue;
         };
@@ -355,9 +317,7 @@ fn dead_modes(bench: &Bench, reg: Reg) -> Vec<String> {
             break;
         }
     }
-    left.iter()
-        .map(|m| format!("{path}.overflow = {}", m.name()))
-        .collect()
+    left.iter().map(|m| format!("{path}.overflow = {}", m.name())).collect()
 }
 
 #[test]
@@ -367,12 +327,8 @@ fn no_knob_is_dead() {
     let mut tried = 0;
     // tests/ray_cone and tests/tex try those of cones and of 2-D textures, which no ENV fragment has.
     let of_fragments = |path: &str| {
-        let others = [
-            "cone.",
-            "surface_footprint.",
-            "registers.surface_footprint.",
-            "address.wrap_",
-        ];
+        let others =
+            ["cone.", "surface_footprint.", "registers.surface_footprint.", "address.wrap_"];
         !others.iter().any(|prefix| path.starts_with(prefix))
     };
     for knob in UnitSpec::default().knobs() {

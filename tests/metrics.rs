@@ -1,8 +1,5 @@
 //! The figures that `compare` and `diff` print.
-#![expect(
-    clippy::float_cmp,
-    reason = "values that must be exact are compared exactly"
-)]
+#![expect(clippy::float_cmp, reason = "values that must be exact are compared exactly")]
 
 use tapline::picture::Picture;
 use tapline::report::metrics::{compare, compare_with_flip};
@@ -65,10 +62,7 @@ fn values_above_white_are_equal_when_shown_and_unequal_in_linear_light() {
     assert_eq!((pair.psnr_db, pair.max_abs), (None, 0.0));
     assert!(pair.rel_mse > 0.2);
     let darker = compare(&greys(1, &[3.0]), &greys(1, &[2.0]), -2.0).unwrap();
-    assert!(
-        darker.psnr_db.is_some(),
-        "two stops down both are below white"
-    );
+    assert!(darker.psnr_db.is_some(), "two stops down both are below white");
 }
 
 #[test]
@@ -133,10 +127,7 @@ fn figures_are_the_same_bits_for_any_number_of_threads() {
     let b: Vec<f64> = (0..64 * 48).map(|at| value(at + 1)).collect();
     let (a, b) = (greys(64, &a), greys(64, &b));
     let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| compare(&a, &b, 0.0).unwrap())
     };
     let one = with(1);
@@ -159,20 +150,12 @@ fn pictures_that_cannot_be_compared_are_refused_with_place_and_remedy() {
     bad.covered[3] = false;
     let mut uncovered = a.clone();
     uncovered.covered[3] = false;
-    assert!(
-        compare(&uncovered, &bad, 0.0).is_ok(),
-        "background may hold anything"
-    );
+    assert!(compare(&uncovered, &bad, 0.0).is_ok(), "background may hold anything");
     for exposure in [f64::NAN, f64::INFINITY, 65.0, -65.0] {
         assert!(message(&a, exposure).contains("--exposure"));
     }
     let empty = Picture::new(2, 2);
-    assert!(
-        compare(&empty, &empty, 0.0)
-            .unwrap_err()
-            .to_string()
-            .contains("background")
-    );
+    assert!(compare(&empty, &empty, 0.0).unwrap_err().to_string().contains("background"));
     let nothing = Picture::new(0, 0);
     assert!(compare_with_flip(&nothing, &nothing, 0.0).is_err());
 }
@@ -184,10 +167,7 @@ fn extreme_finite_values_give_finite_shown_figures() {
     for exposure in [-64.0, 0.0, 64.0] {
         let pair = compare(&a, &b, exposure).unwrap();
         assert!(pair.rel_mse.is_finite(), "{pair:?}");
-        assert!(
-            pair.psnr_db.is_some_and(f64::is_finite) && pair.max_abs == 1.0,
-            "{pair:?}"
-        );
+        assert!(pair.psnr_db.is_some_and(f64::is_finite) && pair.max_abs == 1.0, "{pair:?}");
     }
 }
 
@@ -198,16 +178,10 @@ fn flip_is_zero_for_equal_pictures_and_grows_with_the_difference() {
     assert_eq!(compare_with_flip(&a, &a, 0.0).unwrap().flip, Some(0.0));
     let moved = |step: f64| {
         let b: Vec<f64> = ramp.iter().map(|v| v + step).collect();
-        compare_with_flip(&greys(24, &b), &a, 0.0)
-            .unwrap()
-            .flip
-            .unwrap()
+        compare_with_flip(&greys(24, &b), &a, 0.0).unwrap().flip.unwrap()
     };
     let (little, much) = (moved(0.02), moved(0.2));
-    assert!(
-        0.0 < little && little < much && much < 1.0,
-        "{little} {much}"
-    );
+    assert!(0.0 < little && little < much && much < 1.0, "{little} {much}");
 }
 
 #[test]

@@ -15,12 +15,8 @@ use tapline::scene::{SCENES, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 fn hit_subject(name: &str) -> HitSubject {
-    let options = SceneOptions {
-        width: 64,
-        height: 64,
-        face_size: Some(128),
-        ..SceneOptions::default()
-    };
+    let options =
+        SceneOptions { width: 64, height: 64, face_size: Some(128), ..SceneOptions::default() };
     let scene = hit::build(name, &options).expect("a built-in scene");
     HitSubject::built_in(scene)
 }
@@ -34,9 +30,7 @@ fn pictures_of_every_scene_have_the_golden_hashes() {
         for info in SCENES {
             let subject = rtl_support::subject(info.name, 64, &spec);
             let rtl = rtl_support::engine(&spec, &subject);
-            let f64_engine = F64Engine {
-                settings: spec.settings(ReferenceAxis::Exact),
-            };
+            let f64_engine = F64Engine { settings: spec.settings(ReferenceAxis::Exact) };
             for engine in [&rtl as &dyn Engine, &f64_engine] {
                 let picture = engine.render(&subject, &|_| {}).picture;
                 let hash = picture_hash(&picture);

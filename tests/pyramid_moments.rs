@@ -58,10 +58,7 @@ fn every_level_holds_the_moments_of_all_texels_that_it_covers() {
         assert_eq!(pyramid.size(top), [1, 1]);
         for level in 1..=top {
             let [columns, rows] = pyramid.size(level);
-            assert_eq!(
-                [columns, rows],
-                [(width >> level).max(1), (height >> level).max(1)]
-            );
+            assert_eq!([columns, rows], [(width >> level).max(1), (height >> level).max(1)]);
             for y in 0..rows {
                 for x in 0..columns {
                     let m = brute(pyramid.map(), [columns, rows], x, y);
@@ -74,10 +71,7 @@ fn every_level_holds_the_moments_of_all_texels_that_it_covers() {
                         (got.mean[0] - m[0]).abs() <= bound && (got.mean[1] - m[1]).abs() <= bound
                     );
                     for (got, want) in got.covariance.iter().zip(want) {
-                        assert!(
-                            (got - want).abs() <= bound,
-                            "{width}x{height} level {level}"
-                        );
+                        assert!((got - want).abs() <= bound, "{width}x{height} level {level}");
                     }
                 }
             }
@@ -102,10 +96,7 @@ fn a_power_of_two_level_covers_squares_of_texels() {
 #[test]
 fn a_constant_map_has_no_roughness_at_any_level() {
     let map = BumpMap::from_offsets(6, 9, &[[0.1, -0.7]; 54]).unwrap();
-    for interpolation in [
-        RoughnessInterpolation::Moments,
-        RoughnessInterpolation::Factors,
-    ] {
+    for interpolation in [RoughnessInterpolation::Moments, RoughnessInterpolation::Factors] {
         for curvature in [Curvature::Pyramid, Curvature::Surface] {
             let pyramid = pyramid(map.clone(), curvature, interpolation);
             for lod in [0.0, 0.3, 1.0, 2.5, 3.0] {
@@ -113,11 +104,7 @@ fn a_constant_map_has_no_roughness_at_any_level() {
                 // A mean of equal numbers is off by some roundings of weights that sum to 1.
                 let bound = 64.0 * EPS;
                 assert!((got.bump[0] - f64::from(0.1f32)).abs() <= bound);
-                assert!(
-                    got.rough.iter().all(|d| d.abs() <= bound),
-                    "{:?}",
-                    got.rough
-                );
+                assert!(got.rough.iter().all(|d| d.abs() <= bound), "{:?}", got.rough);
             }
         }
     }
@@ -129,13 +116,7 @@ fn a_covariance_about_a_large_mean_does_not_cancel() {
     // doubles would keep 2^-46·64 of it: 1 part in 64.
     let small = f32::EPSILON * 8.0;
     let values: Vec<[f32; 2]> = (0..64u8)
-        .map(|i| {
-            if i % 2 == 0 {
-                [8.0 + small, 8.0]
-            } else {
-                [8.0 - small, 8.0]
-            }
-        })
+        .map(|i| if i % 2 == 0 { [8.0 + small, 8.0] } else { [8.0 - small, 8.0] })
         .collect();
     let got = plain(BumpMap::from_offsets(8, 8, &values).unwrap()).texel(3, 0, 0);
     let want = f64::from(small) * f64::from(small);
@@ -146,12 +127,7 @@ fn a_covariance_about_a_large_mean_does_not_cancel() {
 #[test]
 fn moments_interpolate_as_raw_moments_do() {
     let pyramid = plain(map(16, 16));
-    for (s, t, lod) in [
-        (0.1, 0.7, 1.5),
-        (0.93, 0.02, 2.25),
-        (0.5, 0.5, 0.5),
-        (0.3, 0.3, 3.9),
-    ] {
+    for (s, t, lod) in [(0.1, 0.7, 1.5), (0.93, 0.02, 2.25), (0.5, 0.5, 0.5), (0.3, 0.3, 3.9)] {
         let got = pyramid.look_up(s, t, lod);
         // Raw moments by hand: bilinear on the two levels, then between them.
         let whole = if lod >= 3.0 {
@@ -162,10 +138,8 @@ fn moments_interpolate_as_raw_moments_do() {
             usize::from(lod >= 1.0)
         };
         let mut raw = [0.0; 5];
-        for (level, share) in [
-            (whole, 1.0 - (lod - whole as f64)),
-            (whole + 1, lod - whole as f64),
-        ] {
+        for (level, share) in [(whole, 1.0 - (lod - whole as f64)), (whole + 1, lod - whole as f64)]
+        {
             let [width, height] = pyramid.size(level);
             for y in 0..height {
                 for x in 0..width {
@@ -183,8 +157,7 @@ fn moments_interpolate_as_raw_moments_do() {
                     let [b1, b2] = m.mean;
                     let [a, b, c] = m.covariance;
                     for (sum, value) in
-                        raw.iter_mut()
-                            .zip([b1, b2, a + b1 * b1, b + b1 * b2, c + b2 * b2])
+                        raw.iter_mut().zip([b1, b2, a + b1 * b1, b + b1 * b2, c + b2 * b2])
                     {
                         *sum += weight * value;
                     }
@@ -196,10 +169,7 @@ fn moments_interpolate_as_raw_moments_do() {
         // Second moments below 32; some 100 roundings.
         let bound = 100.0 * 32.0 * EPS;
         assert!((got.bump[0] - m1).abs() <= bound && (got.bump[1] - m2).abs() <= bound);
-        assert!(
-            (d1 * d1 + d2 * d2 - (aa - m1 * m1)).abs() <= bound,
-            "{s} {t} {lod}"
-        );
+        assert!((d1 * d1 + d2 * d2 - (aa - m1 * m1)).abs() <= bound, "{s} {t} {lod}");
         assert!((d2 * d3 - (ab - m1 * m2)).abs() <= bound);
         assert!((d3 * d3 - (bb - m2 * m2)).abs() <= bound);
     }
@@ -207,24 +177,15 @@ fn moments_interpolate_as_raw_moments_do() {
 
 #[test]
 fn factors_and_moments_agree_at_texel_centres_and_differ_between() {
-    let both = [
-        RoughnessInterpolation::Moments,
-        RoughnessInterpolation::Factors,
-    ]
-    .map(|interpolation| pyramid(map(16, 16), Curvature::Pyramid, interpolation));
+    let both = [RoughnessInterpolation::Moments, RoughnessInterpolation::Factors]
+        .map(|interpolation| pyramid(map(16, 16), Curvature::Pyramid, interpolation));
     let [moments, factors] = both.each_ref();
     // Centre of texel (1, 2) of level 2 (4 × 4), exact in binary.
-    let (a, b) = (
-        moments.look_up(0.375, 0.625, 2.0),
-        factors.look_up(0.375, 0.625, 2.0),
-    );
+    let (a, b) = (moments.look_up(0.375, 0.625, 2.0), factors.look_up(0.375, 0.625, 2.0));
     assert_eq!(a, b);
     // Between texels the spread of the means counts with the moments only, so they are rougher. Level 0
     // has only that spread.
-    let (a, b) = (
-        moments.look_up(0.5, 0.5, 0.0),
-        factors.look_up(0.5, 0.5, 0.0),
-    );
+    let (a, b) = (moments.look_up(0.5, 0.5, 0.0), factors.look_up(0.5, 0.5, 0.0));
     assert!(a.rough[2] > 0.1);
     assert_eq!(b.rough.map(f64::to_bits), [0; 3]);
 }
@@ -233,32 +194,20 @@ fn factors_and_moments_agree_at_texel_centres_and_differ_between() {
 fn a_linear_slope_belongs_to_the_surface_when_asked() {
     // b1 grows by 1/4 a column and b2 by −1/8 a row; away from the map's own seam there is no other
     // variation, so nothing is left for the pyramid.
-    let values: Vec<[f32; 2]> = (0..=255u8)
-        .map(|i| [f32::from(i % 16) / 4.0, -f32::from(i / 16) / 8.0])
-        .collect();
+    let values: Vec<[f32; 2]> =
+        (0..=255u8).map(|i| [f32::from(i % 16) / 4.0, -f32::from(i / 16) / 8.0]).collect();
     let map = BumpMap::from_offsets(16, 16, &values).unwrap();
-    for interpolation in [
-        RoughnessInterpolation::Moments,
-        RoughnessInterpolation::Factors,
-    ] {
+    for interpolation in [RoughnessInterpolation::Moments, RoughnessInterpolation::Factors] {
         let pyramid = pyramid(map.clone(), Curvature::Surface, interpolation);
         for lod in [0.0, 0.5, 1.0, 1.25, 2.0] {
             let got = pyramid.look_up(0.52, 0.47, lod);
             // Slopes per repetition of the map: 16 columns of 1/4. Roundings of numbers up to 8; a
             // factor is the root of a covariance.
             let bound = 256.0 * EPS * 8.0;
-            assert!(
-                (got.slope[0][0] - 4.0).abs() <= bound,
-                "{lod}: {:?}",
-                got.slope
-            );
+            assert!((got.slope[0][0] - 4.0).abs() <= bound, "{lod}: {:?}", got.slope);
             assert!((got.slope[1][1] + 2.0).abs() <= bound);
             assert!(got.slope[0][1].abs() <= bound && got.slope[1][0].abs() <= bound);
-            assert!(
-                got.rough.iter().all(|d| d * d <= bound),
-                "{lod}: {:?}",
-                got.rough
-            );
+            assert!(got.rough.iter().all(|d| d * d <= bound), "{lod}: {:?}", got.rough);
         }
     }
     // The same look-up in the paper's way holds the slope as roughness: a texel of level 2 has four
@@ -276,18 +225,10 @@ fn level_of_detail_follows_the_longer_derivative_and_is_clamped() {
     // Texels: s × 16, t × 8. 4 texels: 2; 6 and 8 across: hypotenuse 10.
     assert!((lod([0.25, 0.0], [0.0, 0.125]) - 2.0).abs() <= 4.0 * EPS);
     assert!((lod([0.0, 0.0], [6.0 / 16.0, 1.0]) - 10.0f64.log2()).abs() <= 8.0 * EPS);
-    for (x, want) in [
-        (0.0, 0.0),
-        (1e-300, 0.0),
-        (1e300, 4.0),
-        (f64::INFINITY, 4.0),
-        (f64::NAN, 0.0),
-    ] {
-        assert_eq!(
-            lod([x, 0.0], [0.0, 0.0]).to_bits(),
-            f64::to_bits(want),
-            "{x}"
-        );
+    for (x, want) in
+        [(0.0, 0.0), (1e-300, 0.0), (1e300, 4.0), (f64::INFINITY, 4.0), (f64::NAN, 0.0)]
+    {
+        assert_eq!(lod([x, 0.0], [0.0, 0.0]).to_bits(), f64::to_bits(want), "{x}");
     }
 }
 
@@ -319,11 +260,7 @@ fn factors_of_extreme_covariances_are_finite() {
         ([4.0, -2.0, 1.0], [0.0, -2.0, 1.0]),
         ([-EPS, 0.0, -EPS], zero),
     ] {
-        assert_eq!(
-            factors(covariance).map(f64::to_bits),
-            want.map(f64::to_bits),
-            "{covariance:?}"
-        );
+        assert_eq!(factors(covariance).map(f64::to_bits), want.map(f64::to_bits), "{covariance:?}");
     }
     let tiny = factors([1e-320, 1e-320, 1e-320]);
     assert!(tiny.iter().all(|d| d.is_finite()));

@@ -30,10 +30,7 @@ fn stored(path: &Path) -> ([Channel; 5], bool) {
     let channels = &image.layer_data[0].channel_data.list;
     let mut half = false;
     let planes = ["b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"].map(|name| {
-        let channel = channels
-            .iter()
-            .find(|c| c.name.to_string() == name)
-            .unwrap();
+        let channel = channels.iter().find(|c| c.name.to_string() == name).unwrap();
         let levels = match &channel.sample_data {
             Levels::Mip { level_data, .. } => level_data,
             Levels::Singular(_) | Levels::Rip { .. } => panic!("{name} has no mip chain"),
@@ -58,34 +55,23 @@ fn folder() -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    eprintln!(
-        "SKIPPED: {} is not there; nothing was compared",
-        folder.display()
-    );
+    eprintln!("SKIPPED: {} is not there; nothing was compared", folder.display());
     None
 }
 
 #[test]
 fn covariances_agree_with_openimageio_at_every_level() {
     let Some(folder) = folder() else { return };
-    for name in [
-        "oiio-bumpslope.exr",
-        "oiio-bumpslope-central.exr",
-        "oiio-bumpslope-normal.exr",
-    ] {
+    for name in ["oiio-bumpslope.exr", "oiio-bumpslope-central.exr", "oiio-bumpslope-normal.exr"] {
         let (planes, half) = stored(&folder.join(name));
         let size = planes[0][0].len().isqrt();
         // Slopes up to 10 and more: an eighth of them keeps offsets short, and is exact.
-        let values: Vec<[f32; 2]> = (0..size * size)
-            .map(|i| [0, 1].map(|c| narrow(-planes[c][0][i] / 8.0)))
-            .collect();
+        let values: Vec<[f32; 2]> =
+            (0..size * size).map(|i| [0, 1].map(|c| narrow(-planes[c][0][i] / 8.0))).collect();
         let map = BumpMap::from_offsets(size, size, &values).unwrap();
         assert_eq!(map.cleaned(), 0);
-        let pyramid = Pyramid::new(
-            Arc::new(map),
-            Curvature::Pyramid,
-            RoughnessInterpolation::Moments,
-        );
+        let pyramid =
+            Pyramid::new(Arc::new(map), Curvature::Pyramid, RoughnessInterpolation::Moments);
         assert_eq!(pyramid.levels(), planes[0].len(), "{name}");
         let stored_at = |c: usize, level: usize, i: usize| planes[c][level][i];
         let mut worst = 0.0f64;
@@ -97,21 +83,14 @@ fn covariances_agree_with_openimageio_at_every_level() {
             // in single (at most 4 roundings a level, u_single each) and rounded again. So a mean is off
             // by at most 2u·E|b|, a second moment by 3u·E[b²], and cov = m2 − m1² by (3 + 4)u·E[b²]
             // plus averaging, twice (once in m2, once in m1²).
-            let unit = if half {
-                1.0 / 2048.0
-            } else {
-                1.0 / 16_777_216.0
-            };
+            let unit = if half { 1.0 / 2048.0 } else { 1.0 / 16_777_216.0 };
             let averaging = 3.0 * 4.0 * level as f64 / 16_777_216.0;
             for y in 0..height {
                 for x in 0..width {
                     let i = y * width + x;
                     let at = |c| stored_at(c, level, i);
-                    let theirs = [
-                        at(2) - at(0) * at(0),
-                        at(4) - at(0) * at(1),
-                        at(3) - at(1) * at(1),
-                    ];
+                    let theirs =
+                        [at(2) - at(0) * at(0), at(4) - at(0) * at(1), at(3) - at(1) * at(1)];
                     let got = pyramid.texel(level, x, y).covariance.map(|c| 64.0 * c);
                     let squares = [at(2), (at(2) * at(3)).sqrt(), at(3)];
                     for k in 0..3 {
@@ -130,10 +109,7 @@ fn covariances_agree_with_openimageio_at_every_level() {
             }
         }
         eprintln!("{name}: worst error {worst:.3} of its bound, {rough} entries above 16 bounds");
-        assert!(
-            rough > 1000,
-            "{name}: the covariances compared are not trivial"
-        );
+        assert!(rough > 1000, "{name}: the covariances compared are not trivial");
     }
 }
 
@@ -150,10 +126,9 @@ fn slopes_of_their_heights_are_theirs() {
     // against the slope; rows grow against e2, so b2 has the slope's sign.
     let Some(folder) = folder() else { return };
     use tapline::scene::bump::Difference::{Central, Sobel};
-    for (name, difference, scale) in [
-        ("oiio-bumpslope.exr", Sobel, 64.0),
-        ("oiio-bumpslope-central.exr", Central, 1.0),
-    ] {
+    for (name, difference, scale) in
+        [("oiio-bumpslope.exr", Sobel, 64.0), ("oiio-bumpslope-central.exr", Central, 1.0)]
+    {
         let path = folder.join(name);
         let (planes, half) = stored(&path);
         let heights = stored_heights(&path);
@@ -173,14 +148,8 @@ fn slopes_of_their_heights_are_theirs() {
                 let i = y * size + x;
                 let [b1, b2] = map.texel(x, y).map(|b| 8.0 * b);
                 let (ds, dt) = (planes[0][0][i], planes[1][0][i]);
-                assert!(
-                    (b1 + ds).abs() <= bound(ds),
-                    "{name} {x}, {y}: {b1} against −{ds}"
-                );
-                assert!(
-                    (b2 - dt).abs() <= bound(dt),
-                    "{name} {x}, {y}: {b2} against {dt}"
-                );
+                assert!((b1 + ds).abs() <= bound(ds), "{name} {x}, {y}: {b1} against −{ds}");
+                assert!((b2 - dt).abs() <= bound(dt), "{name} {x}, {y}: {b2} against {dt}");
             }
         }
     }

@@ -1,8 +1,5 @@
 //! Axes, angle table and probe count of the float reference.
-#![expect(
-    clippy::float_cmp,
-    reason = "what is exact by construction is compared exactly"
-)]
+#![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
 mod reference_support;
 
@@ -19,19 +16,9 @@ fn axes(k: [f64; 3], minor: Minor) -> Axes<f64> {
 }
 
 fn probes(lambda: [f64; 2], count: Count, max_probes: u32) -> Footprint<f64> {
-    let chain = Chain {
-        size: 256,
-        levels: 9,
-    };
+    let chain = Chain { size: 256, levels: 9 };
     let rule = Rule { count, max_probes };
-    footprint(
-        lambda,
-        [1.0, 0.0],
-        chain,
-        rule,
-        &mut Flags::default(),
-        &mut NoTap,
-    )
+    footprint(lambda, [1.0, 0.0], chain, rule, &mut Flags::default(), &mut NoTap)
 }
 
 #[test]
@@ -65,11 +52,7 @@ fn extreme_axis_ratio_of_a_million_has_the_right_length_and_width_after_clamping
     // K = R diag(1, 1e-12) Rᵀ at 30°: λ1 = 1 to 1e-9, and M/16 = 8 texels stands in for λ2.
     let (c, s) = (0.75f64.sqrt(), 0.5);
     let (l1, l2) = (1.0, 1e-12);
-    let k = [
-        c * c * l1 + s * s * l2,
-        c * s * (l1 - l2),
-        s * s * l1 + c * c * l2,
-    ];
+    let k = [c * c * l1 + s * s * l2, c * s * (l1 - l2), s * s * l1 + c * c * l2];
     for minor in [Minor::Paper, Minor::Det] {
         let got = axes(k, minor);
         assert!((got.lambda[0] - 1.0).abs() <= 1e-9);
@@ -83,11 +66,7 @@ fn extreme_axis_ratio_of_a_million_has_the_right_length_and_width_after_clamping
 fn extreme_angles_one_ulp_beside_a_table_boundary_take_the_entries_beside_it() {
     for placement in Placement::ALL.iter().copied() {
         let entries = 32;
-        let angles = Angles::new(AngleTable {
-            entries,
-            placement,
-            order: 0,
-        });
+        let angles = Angles::new(AngleTable { entries, placement, order: 0 });
         let step = std::f64::consts::PI / f64::from(entries);
         for bin in 1..entries / 2 {
             let offset = match placement {
@@ -104,10 +83,7 @@ fn extreme_angles_one_ulp_beside_a_table_boundary_take_the_entries_beside_it() {
             let angle = |[c, s]: [f64; 2]| libm::atan2(s, c);
             let gap = angle(above) - angle(below);
             // Entries are half a step in 2α apart; atan2 and the entries carry a few roundings.
-            assert!(
-                (gap - step / 2.0).abs() <= 1e-14,
-                "{placement:?} {bin}: {gap}"
-            );
+            assert!((gap - step / 2.0).abs() <= 1e-14, "{placement:?} {bin}: {gap}");
         }
     }
 }
@@ -118,18 +94,9 @@ fn table_axis_is_within_half_a_bin_of_the_exact_one_and_exact_along_u_and_v() {
     for entries in [2u32, 10, 32, 64] {
         for placement in Placement::ALL.iter().copied() {
             for order in [0, 1] {
-                let angles = Angles::new(AngleTable {
-                    entries,
-                    placement,
-                    order,
-                });
+                let angles = Angles::new(AngleTable { entries, placement, order });
                 for _ in 0..300 {
-                    let d = [
-                        random.signed(),
-                        random.signed(),
-                        random.signed(),
-                        random.signed(),
-                    ];
+                    let d = [random.signed(), random.signed(), random.signed(), random.signed()];
                     let k = [
                         d[0] * d[0] + d[1] * d[1],
                         d[0] * d[2] + d[1] * d[3],
@@ -192,10 +159,7 @@ fn every_count_fits_and_every_width_covers_the_line() {
     for max in 1..=64 {
         for rule in Count::ALL.iter().copied() {
             for _ in 0..50 {
-                let lambda = [
-                    libm::exp(8.0 * random.signed()),
-                    libm::exp(8.0 * random.signed()),
-                ];
+                let lambda = [libm::exp(8.0 * random.signed()), libm::exp(8.0 * random.signed())];
                 let got = probes(lambda, rule, max);
                 assert!((1..=max).contains(&got.probes));
                 if rule == Count::Pow2 {
@@ -218,11 +182,7 @@ fn jacobi([a, b, c]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
     let sin = t * cos;
     // Columns (cos, −sin) and (sin, cos) belong to a − tb and c + tb.
     let (first, second) = (a - t * b, c + t * b);
-    if first > second {
-        ([first, second], [cos, -sin])
-    } else {
-        ([second, first], [sin, cos])
-    }
+    if first > second { ([first, second], [cos, -sin]) } else { ([second, first], [sin, cos]) }
 }
 
 #[test]
@@ -241,10 +201,7 @@ fn eigen_agrees_with_a_jacobi_rotation() {
         assert!((got.lambda[1] * got.lambda[1] - minor.max(0.0)).abs() <= bound);
         // The axis moves by the error over the gap of the eigenvalues.
         let sine = got.axis[0] * y - got.axis[1] * x;
-        assert!(
-            sine.abs() <= bound / (major - minor) + 8.0 * f64::EPSILON,
-            "{k:?}"
-        );
+        assert!(sine.abs() <= bound / (major - minor) + 8.0 * f64::EPSILON, "{k:?}");
         assert!((got.axis[0].hypot(got.axis[1]) - 1.0).abs() <= 4.0 * f64::EPSILON);
         assert!(got.axis[0] > 0.0);
     }
@@ -252,10 +209,7 @@ fn eigen_agrees_with_a_jacobi_rotation() {
 
 #[test]
 fn longer_derivative_takes_the_longest_column() {
-    let settings = Settings {
-        axis: Axis::LongerDerivative,
-        ..Settings::default()
-    };
+    let settings = Settings { axis: Axis::LongerDerivative, ..Settings::default() };
     let mut f = plain([0.0, 0.0, 1.0]);
     // n = v: ∂v_r = ∂v·(2nnᵀ − I): D = −(∂v).
     f.dv_dx = [-0.25, 0.0, 0.0];
@@ -273,13 +227,7 @@ fn errata_k_is_d_times_its_transpose() {
     let mut transposed_differs = 0;
     for _ in 0..200 {
         let f = random.fragment();
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            256,
-            None,
-            &mut NoTap,
-        );
+        let out = env(&Prepared::new(&Settings::default()), &f, 256, None, &mut NoTap);
         let [[p, q], [r, s]] = out.d;
         let det = (p * s - q * r) * (p * s - q * r);
         let condition = (out.k[0] + out.k[2]) * (out.k[0] + out.k[2]) / det;

@@ -44,10 +44,7 @@ fn difference(
 fn check_against_differences(f: &Fragment, settings: &Settings) -> (usize, f64) {
     let out = env(&Prepared::new(settings), f, 256, None, &mut NoTap);
     let mut largest = 0.0f64;
-    for (column, derivatives) in [[f.dv_dx, f.dn_dx], [f.dv_dy, f.dn_dy]]
-        .into_iter()
-        .enumerate()
-    {
+    for (column, derivatives) in [[f.dv_dx, f.dn_dx], [f.dv_dy, f.dn_dy]].into_iter().enumerate() {
         let step = 1.0 / 65536.0;
         let coarse = difference(f, derivatives, settings, out.face, step);
         let fine = difference(f, derivatives, settings, out.face, step / 2.0);
@@ -76,10 +73,7 @@ fn d_is_the_derivative_of_the_reflected_direction_on_all_faces_rotations_and_pol
     let mut large = 0;
     for case in 0..3000 {
         let mut f = random.fragment();
-        let mut settings = Settings {
-            dnmod: Dnmod::ALL[case % 3],
-            ..Settings::default()
-        };
+        let mut settings = Settings { dnmod: Dnmod::ALL[case % 3], ..Settings::default() };
         if case % 2 == 0 {
             f.bump = Some([random.signed(), random.signed()]);
             // Keep clear of grazing look-ups, where third derivatives explode.
@@ -105,10 +99,7 @@ fn without_a_bump_the_three_policies_of_dnmod_agree_to_the_bit() {
     for _ in 0..200 {
         let f = random.fragment();
         let [a, b, c] = [Dnmod::Paper, Dnmod::Normal, Dnmod::Frame].map(|dnmod| {
-            let settings = Settings {
-                dnmod,
-                ..Settings::default()
-            };
+            let settings = Settings { dnmod, ..Settings::default() };
             env(&Prepared::new(&settings), &f, 256, None, &mut NoTap)
         });
         assert_eq!((a, a), (b, c));
@@ -134,17 +125,12 @@ fn errata_dn_for_dn_mod_needs_the_part_across_n_with_a_bump() {
         let dnmod = Dnmod::ALL[case % 3];
         let bump = case % 6 < 3;
         f.bump = bump.then(|| [random.signed(), random.signed()]);
-        let settings = Settings {
-            dnmod,
-            ..Settings::default()
-        };
+        let settings = Settings { dnmod, ..Settings::default() };
         let prepared = Prepared::new(&settings);
         let value = 1.0 + 0.5 * random.signed();
         let g = with_scaled_normal(&f, value, [random.signed(), random.signed()]);
-        let (plain, other) = (
-            env(&prepared, &f, 256, None, &mut NoTap),
-            env(&prepared, &g, 256, None, &mut NoTap),
-        );
+        let (plain, other) =
+            (env(&prepared, &f, 256, None, &mut NoTap), env(&prepared, &g, 256, None, &mut NoTap));
         if plain.face != other.face {
             continue;
         }
@@ -214,13 +200,7 @@ fn errata_signs_of_u_and_v_flip_on_negative_faces() {
         let (face, _) = check_against_differences(&f, &Settings::default());
         done[face] += 1;
         if face < 2 {
-            let out = env(
-                &Prepared::new(&Settings::default()),
-                &f,
-                256,
-                None,
-                &mut NoTap,
-            );
+            let out = env(&Prepared::new(&Settings::default()), &f, 256, None, &mut NoTap);
             let d = mirror(f.v, f.n);
             let printed = d[1] / d[0];
             differs[face] |= (out.v - printed).abs() > 0.1;
@@ -234,22 +214,12 @@ fn errata_the_matrix_of_equation_10_is_2_by_3_and_applies_to_b() {
     let mut random = Random::new(6);
     for _ in 0..100 {
         let mut f = random.fragment();
-        let rough = [
-            random.signed().abs(),
-            random.signed(),
-            random.signed().abs(),
-        ];
+        let rough = [random.signed().abs(), random.signed(), random.signed().abs()];
         f.rough = Some(rough);
         for x in [&mut f.dv_dx, &mut f.dv_dy, &mut f.dn_dx, &mut f.dn_dy] {
             *x = [0.0; 3];
         }
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            256,
-            None,
-            &mut NoTap,
-        );
+        let out = env(&Prepared::new(&Settings::default()), &f, 256, None, &mut NoTap);
         let [e1, e2] = frame(f.n, f.h.unwrap());
         // M is G J_n, two rows of three; its columns by differences of unit steps of n, exactly linear
         // in the limit: take D of a fragment whose ∂n is the unit vector.
@@ -258,24 +228,14 @@ fn errata_the_matrix_of_equation_10_is_2_by_3_and_applies_to_b() {
             g.rough = None;
             g.dn_dx = [0.0; 3];
             g.dn_dx[k] = 1.0;
-            let d = env(
-                &Prepared::new(&Settings::default()),
-                &g,
-                256,
-                None,
-                &mut NoTap,
-            )
-            .d;
+            let d = env(&Prepared::new(&Settings::default()), &g, 256, None, &mut NoTap).d;
             [d[0][0], d[1][0]]
         };
         let m = [column(0), column(1), column(2)];
         let times = |e: [f64; 3]| [0, 1].map(|i| (0..3).map(|k| m[k][i] * e[k]).sum::<f64>());
         let (by_e1, by_e2) = (times(e1), times(e2));
         let b: [[f64; 2]; 2] = std::array::from_fn(|i| {
-            [
-                by_e1[i] * rough[0],
-                by_e1[i] * rough[1] + by_e2[i] * rough[2],
-            ]
+            [by_e1[i] * rough[0], by_e1[i] * rough[1] + by_e2[i] * rough[2]]
         });
         let k = [
             b[0][0] * b[0][0] + b[0][1] * b[0][1],

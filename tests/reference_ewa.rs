@@ -1,8 +1,5 @@
 //! The elliptical Gaussian of the float reference.
-#![expect(
-    clippy::float_cmp,
-    reason = "what is exact by construction is compared exactly"
-)]
+#![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
 mod reference_support;
 
@@ -52,13 +49,7 @@ fn ewa_is_the_sum_of_its_definition() {
             let mut f = plain([random.signed(), random.signed(), 1.0]);
             f.dv_dx = random.vector().map(|x| 2.0 * x);
             f.dv_dy = random.vector();
-            let out = env(
-                &Prepared::new(&Settings::default()),
-                &f,
-                size,
-                None,
-                &mut NoTap,
-            );
+            let out = env(&Prepared::new(&Settings::default()), &f, size, None, &mut NoTap);
             let got = ewa_counted(&out, &texture);
             assert_eq!(got.level, 0);
             large += usize::from(got.points > 100);
@@ -78,13 +69,8 @@ fn ewa_of_a_constant_map_is_that_constant() {
     let texture = Texture::new(&cube);
     let mut random = Random::new(26);
     for _ in 0..200 {
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &random.fragment(),
-            32,
-            None,
-            &mut NoTap,
-        );
+        let out =
+            env(&Prepared::new(&Settings::default()), &random.fragment(), 32, None, &mut NoTap);
         let got = ewa_counted(&out, &texture);
         // Two sums of positive terms, each within points·2⁻⁵³ of itself, relatively, plus the division.
         let bound = (2.0 * got.points as f64 + 4.0) * f64::EPSILON;
@@ -101,19 +87,11 @@ fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
     let size = 33;
     let see = |dx: i32, dy: i32| {
         let at = [16 + dx, 16 + dy].map(|t| usize::try_from(t).unwrap());
-        let cube = map(size, |face, x, y| {
-            [f32::from(u8::from(face == 4 && [x, y] == at)); 3]
-        });
+        let cube = map(size, |face, x, y| [f32::from(u8::from(face == 4 && [x, y] == at)); 3]);
         let mut f = plain([0.0, 0.0, 1.0]);
         f.dv_dx = [0.5, 0.0, 0.0];
         f.dv_dy = [0.0, 0.5, 0.0];
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            size,
-            None,
-            &mut NoTap,
-        );
+        let out = env(&Prepared::new(&Settings::default()), &f, size, None, &mut NoTap);
         assert_eq!(out.k[0], out.k[2]);
         ewa(&out, &Texture::new(&cube))[0]
     };
@@ -124,18 +102,11 @@ fn ewa_of_an_isotropic_footprint_sees_the_same_at_equal_distances() {
         // (runs of 16 weights follow from one another), twice, and some for the centre.
         let variance = 0.25 * 16.5 * 16.5 / 12.0 + 1.0 / 6.0;
         let want = centre * libm::exp(-f64::from(r * r) / 2.0 / variance);
-        let want = if f64::from(r * r) / variance > 9.0 {
-            0.0
-        } else {
-            want
-        };
+        let want = if f64::from(r * r) / variance > 9.0 { 0.0 } else { want };
         for (dx, dy) in [(r, 0), (-r, 0), (0, r), (0, -r)] {
             let got = see(dx, dy);
             assert!((got - first).abs() <= 256.0 * f64::EPSILON * first);
-            assert!(
-                (got - want).abs() <= 256.0 * f64::EPSILON * want,
-                "{got} {want}"
-            );
+            assert!((got - want).abs() <= 256.0 * f64::EPSILON * want, "{got} {want}");
         }
     }
     assert!(centre > 0.0);
@@ -149,13 +120,7 @@ fn ewa_takes_a_coarser_lattice_where_the_ellipse_holds_too_many_texels() {
         let mut f = plain([0.0, 0.0, 1.0]);
         f.dv_dx = [size, 0.0, 0.0];
         f.dv_dy = [0.0, size, 0.0];
-        let out = env(
-            &Prepared::new(&Settings::default()),
-            &f,
-            256,
-            None,
-            &mut NoTap,
-        );
+        let out = env(&Prepared::new(&Settings::default()), &f, 256, None, &mut NoTap);
         let got = ewa_counted(&out, &texture);
         // σ = size·128/√12 texels (128 to the unit) over 2^level below √(256 − 1/6):
         // level > log2(size·128/√12/15.995) = log2(size) + 1.208; then 9π·256 points at most fill the
@@ -177,10 +142,7 @@ fn errata_scale_root_12_makes_k_over_12_hold_the_roughness_covariance_itself() {
         }
         f.rough = Some(random.vector());
         let k = |scale: f64| {
-            let settings = Settings {
-                roughness_scale: scale,
-                ..Settings::default()
-            };
+            let settings = Settings { roughness_scale: scale, ..Settings::default() };
             env(&Prepared::new(&settings), &f, 256, None, &mut NoTap).k
         };
         let (paper, matched) = (k(1.0), k(12f64.sqrt()));
@@ -198,11 +160,7 @@ fn errata_the_covariance_of_the_appendix_has_n_terms() {
     let b = [0.75; 9];
     let covariance = |terms: usize, divisor: f64| {
         let mean = b[..terms].iter().sum::<f64>() / divisor;
-        b[..terms]
-            .iter()
-            .map(|x| (x - mean) * (x - mean))
-            .sum::<f64>()
-            / divisor
+        b[..terms].iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / divisor
     };
     assert_eq!(covariance(8, 8.0), 0.0);
     assert!(covariance(9, 8.0) > 0.0);

@@ -1,8 +1,5 @@
 //! Probe weights, edges and the filter of the float reference.
-#![expect(
-    clippy::float_cmp,
-    reason = "what is exact by construction is compared exactly"
-)]
+#![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
 mod reference_support;
 
@@ -27,11 +24,7 @@ fn probe_weights_sum_to_the_power_of_two_and_fall_from_the_middle() {
                 let middle = (count as usize - 1) / 2;
                 // Eight bits and more never need the other rounding for these counts.
                 let error = if bits >= 8 { 0.5 } else { 1.0 };
-                let half_line = f64::from(if end_points {
-                    (count - 1).max(1)
-                } else {
-                    count
-                });
+                let half_line = f64::from(if end_points { (count - 1).max(1) } else { count });
                 let bell = |i: usize| {
                     let x = (2.0 * i as f64 + 1.0 - f64::from(count)) / half_line;
                     libm::exp(-2.0 * x * x)
@@ -66,9 +59,8 @@ fn probe_weights_of_a_few_counts_are_these() {
 fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
     // Texels rise by 1 per column: every mip level and every symmetric line of probes keeps the ramp.
     let size = 64;
-    let cube = map(size, |_, x, y| {
-        [x, y, x + 2 * y].map(|t| u8::try_from(t).map_or(0.0, f32::from))
-    });
+    let cube =
+        map(size, |_, x, y| [x, y, x + 2 * y].map(|t| u8::try_from(t).map_or(0.0, f32::from)));
     let texture = Texture::new(&cube);
     let mut random = Random::new(21);
     let mut several = 0;
@@ -83,13 +75,7 @@ fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
         let mut f = plain([0.2 * random.signed(), 0.2 * random.signed(), 1.0]);
         f.dv_dx = random.vector().map(|x| 0.05 * x);
         f.dv_dy = random.vector().map(|x| 0.005 * x);
-        let out = env(
-            &Prepared::new(&settings),
-            &f,
-            size,
-            Some(&texture),
-            &mut NoTap,
-        );
+        let out = env(&Prepared::new(&settings), &f, size, Some(&texture), &mut NoTap);
         // With |u|, |v| ≤ 0.2, λ1 ≤ 0.3 and levels up to 8 texels (¼ of a face) wide all taps are inside.
         assert!(out.lambda[0] < 0.3 && out.lod < 3.0 && out.face == 4);
         several += usize::from(out.probes > 1);
@@ -97,16 +83,9 @@ fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
         // Values below 256; at most 16 probes of 12 roundings each. Integer weights of an even number of
         // probes may put a residue on one of the two middle probes: 8 of 256 at most (½ each), times
         // half a spacing (λ1·32/4 texels at most 2.4), times 3 for the third channel.
-        let bound = if weights_are_symmetric {
-            0.0
-        } else {
-            8.0 / 256.0 * 2.4 * 3.0
-        };
+        let bound = if weights_are_symmetric { 0.0 } else { 8.0 / 256.0 * 2.4 * 3.0 };
         for (got, want) in out.color.into_iter().zip([x, y, x + 2.0 * y]) {
-            assert!(
-                (got - want).abs() <= bound + 256.0 * 192.0 * f64::EPSILON,
-                "{got} {want}"
-            );
+            assert!((got - want).abs() <= bound + 256.0 * 192.0 * f64::EPSILON, "{got} {want}");
         }
     }
     assert!(several > 500, "{several}");
@@ -162,11 +141,9 @@ fn extreme_one_ulp_to_each_side_of_edges_and_corners_changes_face_and_not_color(
     let prepared = Prepared::new(&Settings::default());
     let above = 1.0 + f64::EPSILON;
     let below = 1.0 - f64::EPSILON / 2.0;
-    for (v, faces) in [
-        ([1.0, 0.25, 1.0], [4, 0, 4]),
-        ([1.0, 1.0, 0.25], [2, 0, 2]),
-        ([1.0, 1.0, 1.0], [4, 0, 4]),
-    ] {
+    for (v, faces) in
+        [([1.0, 0.25, 1.0], [4, 0, 4]), ([1.0, 1.0, 0.25], [2, 0, 2]), ([1.0, 1.0, 1.0], [4, 0, 4])]
+    {
         let mut colors = vec![];
         for (x, face) in [(1.0, faces[0]), (above, faces[1]), (below, faces[2])] {
             let v = [x, v[1], v[2]];
@@ -198,18 +175,10 @@ fn extreme_a_probe_line_over_two_edges_wraps_round_the_cube() {
         fn event(&mut self, _: &'static str) {}
     }
     // Texels hold their face's number; a line 8 units long has probes on −x, +z and +x.
-    let cube = map(4, |face, _, _| {
-        [u8::try_from(face).map_or(0.0, f32::from); 3]
-    });
+    let cube = map(4, |face, _, _| [u8::try_from(face).map_or(0.0, f32::from); 3]);
     let texture = Texture::new(&cube);
-    let prepared = Prepared::new(&Settings {
-        max_probes: 16,
-        ..Settings::default()
-    });
-    let f = Fragment {
-        dn_dx: [4.0, 0.0, 0.0],
-        ..PLAIN
-    };
+    let prepared = Prepared::new(&Settings { max_probes: 16, ..Settings::default() });
+    let f = Fragment { dn_dx: [4.0, 0.0, 0.0], ..PLAIN };
     let mut tap = Line(vec![]);
     let out = env(&prepared, &f, 4, Some(&texture), &mut tap);
     assert_eq!((out.lambda[0], out.probes), (8.0, 16));
@@ -219,17 +188,10 @@ fn extreme_a_probe_line_over_two_edges_wraps_round_the_cube() {
     let mean = (0..16).map(|i| {
         let u = f64::from(i) * 0.5 - 3.75;
         let (face, s, t) = tapline::cube::face_uv([u, 0.0, 1.0]);
-        texture.bilinear(
-            0,
-            tapline::reference::address::Address { face, u: s, v: -t },
-        )[0]
+        texture.bilinear(0, tapline::reference::address::Address { face, u: s, v: -t })[0]
     });
     let mean = mean.sum::<f64>() / 16.0;
-    assert!(
-        (out.color[0] - mean).abs() <= 16.0 * f64::EPSILON * 5.0,
-        "{} {mean}",
-        out.color[0]
-    );
+    assert!((out.color[0] - mean).abs() <= 16.0 * f64::EPSILON * 5.0, "{} {mean}", out.color[0]);
 }
 
 #[test]
@@ -254,10 +216,7 @@ fn extreme_texels_at_the_ends_of_half_floats_pass_exactly() {
         for weights in [Weights::Box, Weights::Gaussian] {
             let cube = map(8, |_, _, _| [value; 3]);
             let texture = Texture::new(&cube);
-            let prepared = Prepared::new(&Settings {
-                weights,
-                ..Settings::default()
-            });
+            let prepared = Prepared::new(&Settings { weights, ..Settings::default() });
             let mut random = Random::new(16);
             for _ in 0..50 {
                 let out = env(&prepared, &random.fragment(), 8, Some(&texture), &mut NoTap);
@@ -309,20 +268,13 @@ fn speed_of_the_filter_path() {
             .sum();
         let whole = nanoseconds(start);
         let start = std::time::Instant::now();
-        let level: f64 = fragments
-            .iter()
-            .map(|f| env(&prepared, f, 256, None, &mut NoTap).lod)
-            .sum();
+        let level: f64 =
+            fragments.iter().map(|f| env(&prepared, f, 256, None, &mut NoTap).lod).sum();
         let front = nanoseconds(start);
-        let outs: Vec<_> = fragments
-            .iter()
-            .map(|f| env(&prepared, f, 256, None, &mut NoTap))
-            .collect();
+        let outs: Vec<_> =
+            fragments.iter().map(|f| env(&prepared, f, 256, None, &mut NoTap)).collect();
         let start = std::time::Instant::now();
-        let points: u64 = outs
-            .iter()
-            .map(|out| ewa_counted(out, &texture).points)
-            .sum();
+        let points: u64 = outs.iter().map(|out| ewa_counted(out, &texture).points).sum();
         let elliptical = nanoseconds(start);
         eprintln!(
             "{name}: {whole:.0} ns a fragment, {front:.0} without texture; {:.2} probes, LOD {:.2}; \

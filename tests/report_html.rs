@@ -55,20 +55,14 @@ fn every_figure_of_the_run_is_on_the_page() {
     ] {
         assert!(page.contains(expected), "{expected} is not on the page");
     }
-    assert_eq!(
-        page.matches("<figure data-view>").count(),
-        3,
-        "two engines and their error map"
-    );
+    assert_eq!(page.matches("<figure data-view>").count(), 3, "two engines and their error map");
     assert_eq!(page.matches("data:image/png;base64,iVBORw0KGgo").count(), 4);
 }
 
 #[test]
 fn the_page_asks_no_server_for_anything() {
     let page = page(&run(), &[("rtl".to_owned(), png())]);
-    for call in [
-        "http:", "https:", "//cdn", "@import", "url(", "fetch(", "<link", "src=\"/",
-    ] {
+    for call in ["http:", "https:", "//cdn", "@import", "url(", "fetch(", "<link", "src=\"/"] {
         assert!(!page.contains(call), "{call} is on the page");
     }
 }
@@ -90,21 +84,13 @@ fn texts_from_outside_are_escaped_wherever_they_stand() {
     assert!(!page.contains("<img src=x") && !page.contains("x<y"));
     assert_eq!(page.matches("</script>").count(), 1);
     assert_eq!(page.matches("</style>").count(), 1);
-    assert!(
-        page.matches("&lt;img src=x onerror=alert(1)&gt;&quot;&#39;&amp;")
-            .count()
-            > 15
-    );
+    assert!(page.matches("&lt;img src=x onerror=alert(1)&gt;&quot;&#39;&amp;").count() > 15);
 }
 
 #[test]
 fn a_run_that_lacks_everything_still_makes_a_page() {
-    for run in [
-        json!(null),
-        json!({}),
-        json!([1]),
-        json!({"pairs": 3, "engines": [], "size": {}}),
-    ] {
+    for run in [json!(null), json!({}), json!([1]), json!({"pairs": 3, "engines": [], "size": {}})]
+    {
         let page = page(&run, &[("x".to_owned(), Vec::new())]);
         assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>\n"));
         assert!(!page.contains("<section>\n<h2>Ladder"), "no empty tables");

@@ -30,10 +30,7 @@ fn faces_are_chosen_and_undone_like_the_cube_maps() {
                 if d != [0; 3] {
                     let (_, u, v) = cube::face_uv(d.map(|c| c as f64));
                     let [sc, tc, ma] = components.map(|c| c as f64);
-                    assert!(
-                        (sc / ma - u).abs() < 1e-15 && (tc / ma - v).abs() < 1e-15,
-                        "{d:?}"
-                    );
+                    assert!((sc / ma - u).abs() < 1e-15 && (tc / ma - v).abs() < 1e-15, "{d:?}");
                 }
             }
         }
@@ -44,27 +41,12 @@ fn faces_are_chosen_and_undone_like_the_cube_maps() {
 fn stage(config: &Config, roms: &Roms, d: [i64; 3]) -> (usize, [f64; 2], Flags) {
     let cfg = cube_face::Cfg::new(config).expect("the default");
     let v_r = d.map(|c| [c]);
-    let input = cube_face::In {
-        v_r: &v_r,
-        v_r_frac: &[24],
-        exp: &[0],
-    };
+    let input = cube_face::In { v_r: &v_r, v_r_frac: &[24], exp: &[0] };
     let mut out = cube_face::Out::<1>::default();
     let mut flags = [Flags::default()];
-    cube_face::cube_face(
-        &cfg,
-        roms,
-        input,
-        &mut out,
-        &mut flags,
-        &mut Record::default(),
-    );
+    cube_face::cube_face(&cfg, roms, input, &mut out, &mut flags, &mut Record::default());
     let scale = f64::from(1u32 << 24);
-    (
-        out.face[0],
-        [out.u[0] as f64 / scale, out.v[0] as f64 / scale],
-        flags[0],
-    )
+    (out.face[0], [out.u[0] as f64 / scale, out.v[0] as f64 / scale], flags[0])
 }
 
 #[test]
@@ -76,11 +58,7 @@ fn u_and_v_lie_within_the_errors_of_their_reciprocal_and_register() {
     for _ in 0..100_000 {
         let mut d = [0; 3].map(|_: i64| rng.range(-(1 << 25) + 1, (1 << 25) - 1));
         let major = usize::try_from(rng.range(0, 2)).expect("an axis");
-        d[major] = if rng.one_in(2) {
-            1 << 24
-        } else {
-            (1 << 25) - 1
-        };
+        d[major] = if rng.one_in(2) { 1 << 24 } else { (1 << 25) - 1 };
         if rng.one_in(4) {
             d[(major + 1) % 3] = d[major];
         }
@@ -125,20 +103,10 @@ fn probes_outside_of_their_face_are_looked_up_along_their_direction() {
         let reach = rng.pick(&[one / 64, one, 8 * one]);
         let step = [rng.range(-reach, reach), rng.range(-reach, reach)];
         let count = rng.range(1, 64);
-        let line = address::In {
-            face,
-            center,
-            step,
-            step_frac: 24,
-            count,
-        };
+        let line = address::In { face, center, step, step_frac: 24, count };
         let k = rng.range(0, count - 1);
         let mut flags = Flags::default();
-        let mut sink = Sink {
-            lane: 0,
-            flags: &mut flags,
-            tap: &mut NoTap,
-        };
+        let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
         let probe = address::address(&cfg, &roms, &line, k, &mut sink);
         let plane = [0, 1].map(|i: usize| center[i] + (2 * k + 1 - count) * step[i]);
         if plane.iter().any(|p| p.abs() >= 1 << 33) {
@@ -174,20 +142,11 @@ fn probes_are_symmetric_about_the_centre_of_their_line() {
     let cfg = address::Cfg::new(&config).expect("the default");
     let roms = Roms::new(&config).expect("the default tables");
     for count in 1..=64 {
-        let line = address::In {
-            face: 2,
-            center: [1000, -2000],
-            step: [777, -333],
-            step_frac: 24,
-            count,
-        };
+        let line =
+            address::In { face: 2, center: [1000, -2000], step: [777, -333], step_frac: 24, count };
         for k in 0..count {
             let mut flags = Flags::default();
-            let mut sink = Sink {
-                lane: 0,
-                flags: &mut flags,
-                tap: &mut NoTap,
-            };
+            let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
             let a = address::address(&cfg, &roms, &line, k, &mut sink).uv;
             let b = address::address(&cfg, &roms, &line, count - 1 - k, &mut sink).uv;
             assert_eq!([a[0] + b[0], a[1] + b[1]], [2000, -4000]);

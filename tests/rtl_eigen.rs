@@ -24,16 +24,11 @@ struct Got {
 /// The stage on K's mantissas with 28 fraction bits.
 fn run(config: &Config, roms: &Roms, k: [i64; 3]) -> Got {
     let cfg = eigen::Cfg::new(config).expect("legal");
-    let covariance = covariance::Out::<1> {
-        k: k.map(|m| [m]),
-        frac: [28],
-        ..covariance::Out::default()
-    };
+    let covariance =
+        covariance::Out::<1> { k: k.map(|m| [m]), frac: [28], ..covariance::Out::default() };
     let mut out = eigen::Out::<1>::default();
     let mut flags = [Flags::default()];
-    let input = eigen::In {
-        covariance: &covariance,
-    };
+    let input = eigen::In { covariance: &covariance };
     eigen::eigen(&cfg, roms, input, &mut out, &mut flags, &mut NoTap);
     let exp = i32::try_from(out.exp[0]).expect("small");
     Got {
@@ -61,10 +56,7 @@ fn solve([a, b, c]: [i64; 3]) -> ([f64; 2], f64) {
     let root = libm::hypot(a - c, 2.0 * b);
     // The smaller one through the determinant: no cancellation.
     let major = (a + c + root) / 2.0;
-    (
-        [major, (a * c - b * b) / major],
-        libm::atan2(2.0 * b, a - c) / 2.0,
-    )
+    ([major, (a * c - b * b) / major], libm::atan2(2.0 * b, a - c) / 2.0)
 }
 
 /// The angle between two undirected axes.
@@ -89,10 +81,7 @@ fn check(config: &Config, angle_bound: f64, degrees: std::ops::Range<i64>) -> f6
             let [x, y] = got.axis;
             assert!(x > 0.0 || (x == 0.0 && y > 0.0), "{k:?}: ({x}, {y})");
             let error = between(got.axis, exact);
-            assert!(
-                error <= angle_bound,
-                "{k:?} at {angle}: {error} > {angle_bound}"
-            );
+            assert!(error <= angle_bound, "{k:?} at {angle}: {error} > {angle_bound}");
             worst = worst.max(error);
             // √ twice by a table of 64 intervals with a Newton step: relative error below 2^−20 each,
             // and λ1 ≥ 1. λ2² loses what λ1² has in absolute error: 2^−19 under the root.
@@ -114,11 +103,7 @@ fn the_nearest_entry_is_within_half_a_step_all_around() {
     for minor in [Minor::Paper, Minor::Det] {
         for &placement in Placement::ALL {
             for entries in [4, 10, 32, 128] {
-                let mut config = Config {
-                    placement,
-                    minor,
-                    ..Config::default()
-                };
+                let mut config = Config { placement, minor, ..Config::default() };
                 config.tables.eigen.entries = entries;
                 let half = std::f64::consts::FRAC_PI_2 / f64::from(entries) / 2.0;
                 let worst = check(&config, half + WORDS, -90..90);
@@ -146,10 +131,7 @@ fn interpolated_angles_are_far_better_than_half_a_step() {
 
 #[test]
 fn the_exact_axis_is_limited_by_its_register_alone() {
-    let config = Config {
-        axis: Axis::EigenExact,
-        ..Config::default()
-    };
+    let config = Config { axis: Axis::EigenExact, ..Config::default() };
     // The root is rounded to 2^−28 and off by the table's 2^−20; it enters one component of a vector of
     // length ≥ √2·(λ1² − λ2²) ≥ 0.14: 2^−20/0.14 < 7.5·2^−20 at most.
     check(&config, 8.0 * WORDS, -90..90);
@@ -159,10 +141,7 @@ fn the_exact_axis_is_limited_by_its_register_alone() {
 fn isotropic_and_axis_aligned_ellipses_are_exact() {
     for axis in [Axis::EigenTable, Axis::EigenExact] {
         for order in [0, 1] {
-            let mut config = Config {
-                axis,
-                ..Config::default()
-            };
+            let mut config = Config { axis, ..Config::default() };
             config.tables.eigen.order = order;
             let roms = Roms::new(&config).expect("legal tables");
             let one = 1i64 << 28;

@@ -56,11 +56,7 @@ fn extreme_k_isotropic_takes_one_probe_and_the_axis_along_u() {
     assert_eq!(t.values(Reg::CovK), [0.25, 0.0, 0.25]);
     assert_eq!(t.values(Reg::EigenAxis), [1.0, 0.0]);
     for i in 0..2 {
-        near(
-            t.value(Reg::EigenLambda, i),
-            0.5,
-            0.5 * bound("eigen.lambda 1"),
-        );
+        near(t.value(Reg::EigenLambda, i), 0.5, 0.5 * bound("eigen.lambda 1"));
     }
     // M = m = 64 texels: one probe, though λ1 and λ2 may differ in their last bits.
     assert_eq!((t.out.probes, lod(&t)), (1, 6.0));
@@ -85,11 +81,7 @@ fn extreme_a_equal_to_c_with_b_points_along_a_diagonal_of_b_s_sign() {
 fn extreme_rank_one_k_has_no_width_and_takes_all_probes() {
     let t = run(&straight([[0.375, 0.0], [0.5, 0.0]]));
     assert_eq!(t.values(Reg::JacD), [0.375, 0.0, 0.5, 0.0]);
-    near(
-        t.value(Reg::EigenLambda, 0),
-        0.625,
-        0.625 * bound("eigen.lambda 1"),
-    );
+    near(t.value(Reg::EigenLambda, 0), 0.625, 0.625 * bound("eigen.lambda 1"));
     assert!(t.value(Reg::EigenLambda, 1) <= 0.625 * bound("eigen.lambda 2"));
     // M = 80 texels, m = 5.
     assert_eq!(t.out.probes, 16);
@@ -105,11 +97,7 @@ fn extreme_lambda_ratio_of_a_million_is_clamped_to_all_probes() {
         let t = trace(&UnitSpec::default(), &f, size, None);
         let length = f64::from(size) / 2.0;
         near(t.value(Reg::FootLength, 0), length, libm::ldexp(1.0, -12));
-        near(
-            t.value(Reg::FootWidth, 0),
-            length / 16.0,
-            libm::ldexp(1.0, -12),
-        );
+        near(t.value(Reg::FootWidth, 0), length / 16.0, libm::ldexp(1.0, -12));
         assert_eq!(t.out.probes, 16);
         near(lod(&t), libm::log2(length / 16.0), libm::ldexp(1.0, -8));
         assert_eq!(t.values(Reg::EigenAxis), [1.0, 0.0]);
@@ -142,23 +130,15 @@ fn extreme_a_normal_that_faces_away_reflects_like_its_opposite() {
     let minus = |a: [f64; 3]| a.map(|x| -x);
     for _ in 0..100 {
         let f = random.fragment();
-        let g = Fragment {
-            n: minus(f.n),
-            dn_dx: minus(f.dn_dx),
-            dn_dy: minus(f.dn_dy),
-            ..f
-        };
+        let g = Fragment { n: minus(f.n), dn_dx: minus(f.dn_dx), dn_dy: minus(f.dn_dy), ..f };
         assert_eq!(values(&run(&f)), values(&run(&g)), "half-even is symmetric");
     }
 }
 
 #[test]
 fn extreme_no_reflected_direction_is_face_plus_z_without_derivatives() {
-    for (v, n) in [
-        ([0.0; 3], [1.0, 2.0, 3.0]),
-        ([1.0, 2.0, 3.0], [0.0; 3]),
-        ([-0.0; 3], [-0.0; 3]),
-    ] {
+    for (v, n) in [([0.0; 3], [1.0, 2.0, 3.0]), ([1.0, 2.0, 3.0], [0.0; 3]), ([-0.0; 3], [-0.0; 3])]
+    {
         for extra in [false, true] {
             let t = run(&Fragment {
                 v,
@@ -191,12 +171,7 @@ fn extreme_length_of_n_by_powers_of_two_changes_no_bit() {
         let want = values(&run(&f));
         for power in -10..=10 {
             let scale = |a: [f64; 3]| a.map(|x| libm::ldexp(x, power));
-            let g = Fragment {
-                n: scale(f.n),
-                dn_dx: scale(f.dn_dx),
-                dn_dy: scale(f.dn_dy),
-                ..f
-            };
+            let g = Fragment { n: scale(f.n), dn_dx: scale(f.dn_dx), dn_dy: scale(f.dn_dy), ..f };
             assert_eq!(values(&run(&g)), want, "2^{power}");
         }
     }
@@ -212,11 +187,7 @@ fn extreme_derivatives_of_n_far_above_n_saturate_and_flag() {
     for exponent in [8, 10, 100, 1000] {
         let t = run(&straight([[libm::ldexp(1.0, exponent), 0.0], [0.0, 0.0]]));
         let saturated = t.flagged("jacobian.dn_dx.saturated");
-        assert!(
-            saturated || exponent == 8,
-            "2^{exponent}: {:?}",
-            t.out.flags
-        );
+        assert!(saturated || exponent == 8, "2^{exponent}: {:?}", t.out.flags);
         assert!(!t.out.flags.is_empty());
         // Still the largest footprint along u.
         assert_eq!(t.values(Reg::EigenAxis), [1.0, 0.0]);
@@ -226,11 +197,7 @@ fn extreme_derivatives_of_n_far_above_n_saturate_and_flag() {
 
 #[test]
 fn extreme_bump_of_14_turns_the_normal_by_86_degrees() {
-    let t = run(&Fragment {
-        h: Some([0.0, 1.0, 0.0]),
-        bump: Some([14.0, 0.0]),
-        ..PLAIN
-    });
+    let t = run(&Fragment { h: Some([0.0, 1.0, 0.0]), bump: Some([14.0, 0.0]), ..PLAIN });
     assert_eq!(t.out.face, 5);
     let slack = bound("cube_face.u, v, bumped");
     near(t.value(Reg::FaceU, 0), -28.0 / 195.0, slack);
@@ -242,10 +209,9 @@ fn extreme_bump_of_14_turns_the_normal_by_86_degrees() {
 fn extreme_a_at_the_top_of_its_register_keeps_the_axis() {
     // The largest D of its format, 256 − 2⁻²², needs a ∂n at the top of its own.
     let top = 256.0 - libm::ldexp(1.0, -20);
-    for (d, axis) in [
-        ([[top, 0.0], [0.0, 128.0]], [1.0, 0.0]),
-        ([[128.0, 0.0], [0.0, top]], [0.0, 1.0]),
-    ] {
+    for (d, axis) in
+        [([[top, 0.0], [0.0, 128.0]], [1.0, 0.0]), ([[128.0, 0.0], [0.0, top]], [0.0, 1.0])]
+    {
         let t = run(&straight(d));
         assert!(t.out.flags.is_empty(), "{:?}", t.out.flags);
         assert_eq!(t.values(Reg::EigenAxis), axis);
@@ -315,11 +281,7 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
         for (ulps, want) in [(-1.0, n), (0.0, n), (1.0, n + 1)] {
             let length = 8.0 * (f64::from(n) + libm::ldexp(1.0, -8)) + ulps * libm::ldexp(1.0, -12);
             let t = run(&straight([[length / 128.0, 0.0], [0.0, 8.0 / 128.0]]));
-            assert_eq!(
-                t.value(Reg::FootLength, 0),
-                length,
-                "{n} probes, {ulps} ulp"
-            );
+            assert_eq!(t.value(Reg::FootLength, 0), length, "{n} probes, {ulps} ulp");
             assert_eq!(t.value(Reg::FootWidth, 0), 8.0);
             assert_eq!(t.out.probes, i64::from(want), "{n} probes, {ulps} ulp");
         }
@@ -332,8 +294,7 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
 #[test]
 fn extreme_one_probe_at_most_is_as_wide_as_the_line_is_long() {
     let mut spec = UnitSpec::default();
-    spec.set("footprint.max_probes", &Value::Integer(1))
-        .unwrap();
+    spec.set("footprint.max_probes", &Value::Integer(1)).unwrap();
     let f = straight([[0.5, 0.0], [0.0, 1.0 / 64.0]]);
     let t = trace(&spec, &f, 256, None);
     assert_eq!((t.out.probes, lod(&t)), (1, 6.0));
@@ -381,11 +342,7 @@ fn extreme_cube_corner_and_edge_exactly_and_one_ulp_to_each_side() {
             let there = trace(&spec, &plain([1.0, other, 1.0]), 8, Some(&texture));
             // One ulp moves an address by less than a weight step of 2⁻⁸ of a texel, twice two weights
             // round: 4 steps of 2⁻⁸ of the largest texel, 1, at most.
-            for (a, b) in here
-                .values(Reg::FilterColor)
-                .iter()
-                .zip(there.values(Reg::FilterColor))
-            {
+            for (a, b) in here.values(Reg::FilterColor).iter().zip(there.values(Reg::FilterColor)) {
                 near(*a, b, 4.0 / 256.0);
             }
         }
@@ -399,13 +356,7 @@ fn extreme_h_parallel_to_n_takes_the_axis_across_the_smallest_component() {
         ([3.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 3.0, 0.0]),
         ([0.0, 2.0, 0.0], [0.0; 3], [-2.0, 0.0, 0.0]),
     ] {
-        let t = run(&Fragment {
-            v: n,
-            n,
-            h: Some(h),
-            bump: Some([0.5, 0.0]),
-            ..PLAIN
-        });
+        let t = run(&Fragment { v: n, n, h: Some(h), bump: Some([0.5, 0.0]), ..PLAIN });
         assert!(t.flagged("local_frame.parallel"));
         for (i, want) in want.into_iter().enumerate() {
             // |n| ≤ 3: e1's register and the roots' errors, a few 2⁻²².
@@ -425,11 +376,7 @@ fn extreme_covariances_of_the_pyramid_make_finite_factors_and_no_flag() {
     ] {
         let d = factors(cov);
         assert_eq!(d, want);
-        let t = run(&Fragment {
-            h: Some([0.0, 1.0, 0.0]),
-            rough: Some(d),
-            ..PLAIN
-        });
+        let t = run(&Fragment { h: Some([0.0, 1.0, 0.0]), rough: Some(d), ..PLAIN });
         assert!(t.out.flags.is_empty(), "{:?}", t.out.flags);
         let flat = d == [0.0; 3];
         assert_eq!(t.values(Reg::CovK) == [0.0; 3], flat);

@@ -28,20 +28,10 @@ fn extreme_a_probe_line_over_two_edges_wraps_and_keeps_a_constant() {
     let spec = UnitSpec::default();
     // λ1 = 4 about (u, v) = (0.9, −0.9) of +z along the diagonal: probes leave over +u and over −v.
     let v = [0.9, 0.9, 1.0];
-    let f = Fragment {
-        v,
-        n: v,
-        dv_dx: [2.0, 0.125, 0.0],
-        dv_dy: [0.125, 2.0, 0.0],
-        ..PLAIN
-    };
+    let f = Fragment { v, n: v, dv_dx: [2.0, 0.125, 0.0], dv_dy: [0.125, 2.0, 0.0], ..PLAIN };
     let constant = map(16, |_, _, _| [0.75, 0.5, 3.0]);
     let texture = encode::texture(&spec.config, &constant).unwrap();
-    let long = Fragment {
-        dv_dx: [3.0, -3.0, 0.0],
-        dv_dy: [0.0; 3],
-        ..f
-    };
+    let long = Fragment { dv_dx: [3.0, -3.0, 0.0], dv_dy: [0.0; 3], ..f };
     for (f, edges) in [(f, 0), (long, 2)] {
         let t = trace(&spec, &f, 16, Some(&texture));
         assert_eq!(t.values(Reg::FilterColor), [0.75, 0.5, 3.0]);
@@ -75,10 +65,7 @@ fn extreme_faces_of_one_texel_and_of_sizes_that_are_no_power_of_two() {
         let constant = map(n, |_, _, _| [0.25, 1.5, 65504.0]);
         let texture = encode::texture(&spec.config, &constant).unwrap();
         let last = f64::from(size.ilog2());
-        assert_eq!(
-            constant.levels.len(),
-            usize::try_from(size.ilog2()).unwrap() + 1
-        );
+        assert_eq!(constant.levels.len(), usize::try_from(size.ilog2()).unwrap() + 1);
         let mut widest = 0.0f64;
         for _ in 0..100 {
             let f = random.fragment();
@@ -112,11 +99,7 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
     let cfg = address::Cfg::new(config).unwrap();
     let roms = Roms::new(config).unwrap();
     for k in 0..16 {
-        let mut sink = Sink {
-            lane: 0,
-            flags: &mut out.flags[0],
-            tap: &mut NoTap,
-        };
+        let mut sink = Sink { lane: 0, flags: &mut out.flags[0], tap: &mut NoTap };
         let probe = address::address(&cfg, &roms, &line, k, &mut sink);
         let taps = cfg.taps(&probe, [16384; 2], 0, &mut sink);
         // (u + 1)/2·N − ½ with u = ((k + ½)/16 − ½)·2: 1024k + 511.5, give or take λ1's last bits.
@@ -124,11 +107,7 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
         let s = column + f64::from(u32::try_from(taps.weight[0]).unwrap()) / 256.0;
         let slack =
             16384.0 * bound("eigen.lambda 1") + 2.0 / 256.0 + 16384.0 * libm::ldexp(1.0, -22);
-        near(
-            s,
-            1024.0 * f64::from(u32::try_from(k).unwrap()) + 511.5,
-            slack,
-        );
+        near(s, 1024.0 * f64::from(u32::try_from(k).unwrap()) + 511.5, slack);
         assert_eq!(probe.face, 4);
     }
     assert!(out.flags[0].is_empty());
@@ -138,15 +117,7 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
 fn extreme_texels_are_cleaned_counted_and_kept_to_the_bit() {
     let spec = UnitSpec::default();
     let tiny = libm::ldexpf(1.0, -24);
-    let mut samples = [
-        65504.0,
-        tiny,
-        -1.0,
-        f32::NAN,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        -0.0,
-    ];
+    let mut samples = [65504.0, tiny, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0];
     let raw = samples;
     let mut cleaned = Cleaned::default();
     cleaned.clean(&mut samples);
@@ -155,13 +126,8 @@ fn extreme_texels_are_cleaned_counted_and_kept_to_the_bit() {
     // Cleaned or not, the unit's memory holds the same, and the colour is the texel.
     for (raw, clean) in raw.into_iter().zip(samples) {
         for texel in [raw, clean] {
-            let level = CubeLevel {
-                size: 1,
-                texels: vec![[texel; 3]; 6],
-            };
-            let map = CubeMap {
-                levels: vec![level],
-            };
+            let level = CubeLevel { size: 1, texels: vec![[texel; 3]; 6] };
+            let map = CubeMap { levels: vec![level] };
             let texture = encode::texture(&spec.config, &map).unwrap();
             let t = trace(&spec, &plain([0.3, -0.2, 1.0]), 1, Some(&texture));
             assert_eq!(t.values(Reg::FilterColor), [f64::from(clean); 3]);

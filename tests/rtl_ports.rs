@@ -14,13 +14,7 @@ use rtl_model::fx::{Format, Overflow, Quantizer, Rounding};
 use rtl_model::port;
 
 fn format(int: u32, frac: u32, rounding: Rounding, overflow: Overflow) -> Format {
-    Format {
-        signed: true,
-        int,
-        frac,
-        rounding,
-        overflow,
-    }
+    Format { signed: true, int, frac, rounding, overflow }
 }
 
 proptest! {
@@ -124,24 +118,15 @@ proptest! {
 fn special_words_unpack_as_documented() {
     let largest = ((1i64 << 53) - 1, 971, true);
     assert_eq!(port::unpack(f64::MAX.to_bits()), largest);
-    assert_eq!(
-        port::unpack(f64::INFINITY.to_bits()),
-        (largest.0, 971, false)
-    );
-    assert_eq!(
-        port::unpack(f64::NEG_INFINITY.to_bits()),
-        (-largest.0, 971, false)
-    );
+    assert_eq!(port::unpack(f64::INFINITY.to_bits()), (largest.0, 971, false));
+    assert_eq!(port::unpack(f64::NEG_INFINITY.to_bits()), (-largest.0, 971, false));
     for nan in [f64::NAN.to_bits(), !0, 0x7ff0_0000_0000_0001] {
         assert_eq!(port::unpack(nan), (0, -1074, false));
     }
     assert_eq!(port::unpack(0), (0, -1074, true));
     assert_eq!(port::unpack(1 << 63), (0, -1074, true));
     assert_eq!(port::unpack(1), (1, -1074, true));
-    assert_eq!(
-        port::unpack(f64::MIN_POSITIVE.to_bits()),
-        (1 << 52, -1074, true)
-    );
+    assert_eq!(port::unpack(f64::MIN_POSITIVE.to_bits()), (1 << 52, -1074, true));
     assert_eq!(port::unpack((-1.0f64).to_bits()), (-(1 << 52), -52, true));
 }
 

@@ -22,12 +22,7 @@ fn exact(function: Function, x: f64) -> f64 {
     }
 }
 
-const FUNCTIONS: [Function; 4] = [
-    Function::Recip,
-    Function::Rsqrt,
-    Function::Sqrt,
-    Function::Log2,
-];
+const FUNCTIONS: [Function; 4] = [Function::Recip, Function::Rsqrt, Function::Sqrt, Function::Log2];
 
 /// Where the entries of a table lie, in the order in which it stores them.
 fn points(function: Function, spec: TableSpec) -> Vec<f64> {
@@ -58,12 +53,7 @@ fn every_entry_is_the_correctly_rounded_value() {
         for entries in [2, 4, 64, 4096] {
             for order in 0..=2 {
                 for frac in [2, 9, 16, 28] {
-                    let spec = TableSpec {
-                        entries,
-                        order,
-                        frac,
-                        newton: 0,
-                    };
+                    let spec = TableSpec { entries, order, frac, newton: 0 };
                     let rom = Rom::new(function, spec).expect("every entry is decided");
                     let points = points(function, spec);
                     assert_eq!(rom.values.len(), points.len());
@@ -88,16 +78,8 @@ fn derivatives(function: Function, low: f64) -> [f64; 3] {
     // All of them fall with x, so their largest magnitudes are at `low`.
     match function {
         Function::Recip => [low.powi(-2), 2.0 * low.powi(-3), 6.0 * low.powi(-4)],
-        Function::Rsqrt => [
-            0.5 * low.powf(-1.5),
-            0.75 * low.powf(-2.5),
-            1.875 * low.powf(-3.5),
-        ],
-        Function::Sqrt => [
-            0.5 * low.powf(-0.5),
-            0.25 * low.powf(-1.5),
-            0.375 * low.powf(-2.5),
-        ],
+        Function::Rsqrt => [0.5 * low.powf(-1.5), 0.75 * low.powf(-2.5), 1.875 * low.powf(-3.5)],
+        Function::Sqrt => [0.5 * low.powf(-0.5), 0.25 * low.powf(-1.5), 0.375 * low.powf(-2.5)],
         Function::Log2 => {
             let e = std::f64::consts::LOG2_E;
             [e / low, e * low.powi(-2), 2.0 * e * low.powi(-3)]
@@ -165,12 +147,7 @@ fn every_evaluation_lies_inside_the_bound_of_its_knobs() {
                         if function == Function::Log2 && newton > 0 {
                             continue;
                         }
-                        let spec = TableSpec {
-                            entries,
-                            order,
-                            frac,
-                            newton,
-                        };
+                        let spec = TableSpec { entries, order, frac, newton };
                         // A step's recurrence holds for any start; a poor start gives a large bound.
                         let rom = Rom::new(function, spec).expect("decided");
                         let rsqrt = Rom::new(Function::Rsqrt, spec).expect("decided");
@@ -204,10 +181,7 @@ fn every_evaluation_lies_inside_the_bound_of_its_knobs() {
             }
         }
     }
-    assert!(
-        tight > 80,
-        "{tight}: the bounds would be too loose to say anything"
-    );
+    assert!(tight > 80, "{tight}: the bounds would be too loose to say anything");
 }
 
 #[test]
@@ -246,12 +220,7 @@ fn the_default_tables_hold_every_20_bit_mantissa_inside_their_bound() {
 fn order_one_and_two_are_exact_at_their_own_entries() {
     for function in FUNCTIONS {
         for order in [1, 2] {
-            let spec = TableSpec {
-                entries: 16,
-                order,
-                frac: 28,
-                newton: 0,
-            };
+            let spec = TableSpec { entries: 16, order, frac: 28, newton: 0 };
             let rom = Rom::new(function, spec).expect("decided");
             for (&value, x) in rom.values.iter().zip(points(function, spec)) {
                 let code = (x / ULP) as i64;
@@ -292,23 +261,14 @@ fn mantissas_are_normalised_with_their_power_of_two() {
             let (m4, q) = mantissa4(x);
             assert!((1i64 << 30..4i64 << 30).contains(&m4), "{x}: {m4}");
             let s = 2 * q - 30;
-            let kept = if s > 0 {
-                (m4 << s, x >> s << s)
-            } else {
-                (m4 >> -s, x)
-            };
+            let kept = if s > 0 { (m4 << s, x >> s << s) } else { (m4 >> -s, x) };
             assert_eq!(kept.0, kept.1, "{x}");
         }
     }
 }
 
 fn angle(entries: u32, order: u32, frac: u32, placement: Placement) -> AngleRom {
-    let spec = TableSpec {
-        entries,
-        order,
-        frac,
-        newton: 0,
-    };
+    let spec = TableSpec { entries, order, frac, newton: 0 };
     AngleRom::new(spec, placement).expect("every entry is decided")
 }
 
@@ -334,11 +294,7 @@ fn the_angle_table_holds_rounded_sines_and_ascending_boundaries() {
                         // Interpolated centres begin with the first entry's mirror image.
                         let mirror = order == 1 && placement == Placement::Centres;
                         let a = alpha(k, entries, placement)
-                            - if mirror {
-                                alpha(1, entries, Placement::Edges)
-                            } else {
-                                0.0
-                            };
+                            - if mirror { alpha(1, entries, Placement::Edges) } else { 0.0 };
                         let slack = 0.5 + 0.5f64.powi(20);
                         assert!((cos as f64 - libm::cos(a) * scale).abs() <= slack);
                         assert!((sin as f64 - libm::sin(a) * scale).abs() <= slack);
@@ -367,9 +323,7 @@ fn the_angle_index_is_the_nearest_entry() {
     // entry is certain.
     let mut seed = 1u64;
     let mut next = |bits: u32| {
-        seed = seed
-            .wrapping_mul(0x5851_f42d_4c95_7f2d)
-            .wrapping_add(0x1405_7b7e_f767_814f);
+        seed = seed.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         i64::try_from((seed >> 33) & ((1 << bits) - 1)).expect("31 bits")
     };
     let mut compared = 0;

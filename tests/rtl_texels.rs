@@ -43,12 +43,7 @@ fn to_half_agrees_with_the_half_crate_for_every_exponent() {
         }
     }
     assert_eq!(to_half(f32::INFINITY.to_bits()), f16::MAX.to_bits());
-    for word in [
-        f32::NAN.to_bits(),
-        (-1.0f32).to_bits(),
-        f32::NEG_INFINITY.to_bits(),
-        1 << 31,
-    ] {
+    for word in [f32::NAN.to_bits(), (-1.0f32).to_bits(), f32::NEG_INFINITY.to_bits(), 1 << 31] {
         assert_eq!(to_half(word), 0, "{word:#010x}");
     }
 }
@@ -65,51 +60,31 @@ fn every_finite_half_survives_the_round_trip_and_is_exact_with_24_bits() {
 /// The encoder of EXT_texture_shared_exponent, from its text, in doubles (all steps are exact there).
 fn shared_exponent(rgb: [f32; 3]) -> ([u64; 3], i32) {
     const MAX: f64 = 65408.0;
-    let c = rgb.map(|x| {
-        if x.is_nan() {
-            0.0
-        } else {
-            f64::from(x).clamp(0.0, MAX)
-        }
-    });
+    let c = rgb.map(|x| if x.is_nan() { 0.0 } else { f64::from(x).clamp(0.0, MAX) });
     let max = c[0].max(c[1]).max(c[2]);
-    let log = if max > 0.0 {
-        libm::ilogb(max)
-    } else {
-        i32::MIN / 2
-    };
+    let log = if max > 0.0 { libm::ilogb(max) } else { i32::MIN / 2 };
     let mut exponent = log.max(-16) + 1 + 15;
     let step = |exponent: i32| libm::ldexp(1.0, exponent - 15 - 9);
     if libm::floor(max / step(exponent) + 0.5) == 512.0 {
         exponent += 1;
     }
-    (
-        c.map(|x| libm::floor(x / step(exponent) + 0.5) as u64),
-        exponent - 15,
-    )
+    (c.map(|x| libm::floor(x / step(exponent) + 0.5) as u64), exponent - 15)
 }
 
 #[test]
 fn rgb9e5_follows_the_extension_bit_for_bit() {
     let mut x = 3u64;
     let mut next = || {
-        x = x
-            .wrapping_mul(0x5851_f42d_4c95_7f2d)
-            .wrapping_add(0x1405_7b7e_f767_814f);
+        x = x.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         (x >> 32) as u32
     };
-    let ties = [
-        0.0f32, 0.5, 1.0, 1.5, 2.5, 255.5, 256.0, 511.0, 511.5, 511.49, 65408.0, 65535.0, 1e30,
-    ];
+    let ties =
+        [0.0f32, 0.5, 1.0, 1.5, 2.5, 255.5, 256.0, 511.0, 511.5, 511.49, 65408.0, 65535.0, 1e30];
     for scale in -40..20 {
         for a in ties {
             for b in ties {
                 let rgb = [a, b, 300.5].map(|x| libm::ldexpf(x, scale));
-                assert_eq!(
-                    to_rgb9e5(rgb.map(f32::to_bits)),
-                    shared_exponent(rgb),
-                    "{rgb:?}"
-                );
+                assert_eq!(to_rgb9e5(rgb.map(f32::to_bits)), shared_exponent(rgb), "{rgb:?}");
             }
         }
     }
@@ -118,27 +93,15 @@ fn rgb9e5_follows_the_extension_bit_for_bit() {
         let near = [rgb[0], libm::ldexpf(rgb[0], -3), libm::ldexpf(rgb[0], -8)];
         for rgb in [rgb, near] {
             if rgb.iter().all(|x| x.is_finite()) {
-                assert_eq!(
-                    to_rgb9e5(rgb.map(f32::to_bits)),
-                    shared_exponent(rgb),
-                    "{rgb:?}"
-                );
+                assert_eq!(to_rgb9e5(rgb.map(f32::to_bits)), shared_exponent(rgb), "{rgb:?}");
             }
         }
     }
-    assert_eq!(
-        to_rgb9e5([f32::INFINITY.to_bits(), 0, 0]),
-        ([511, 0, 0], 16)
-    );
+    assert_eq!(to_rgb9e5([f32::INFINITY.to_bits(), 0, 0]), ([511, 0, 0], 16));
 }
 
 fn config(format: TexelFormat, int: u32, frac: u32) -> Config {
-    Config {
-        texel_format: format,
-        texel_int: int,
-        texel_frac: frac,
-        ..Config::default()
-    }
+    Config { texel_format: format, texel_int: int, texel_frac: frac, ..Config::default() }
 }
 
 #[test]
@@ -154,10 +117,7 @@ fn unorm8_texels_are_the_nearest_255ths() {
         let edge = libm::nextafterf((f64::from(code) + 0.5) as f32 / 255.0, 2.0) * 1.000_001;
         let [next, ..] = decode(&unit, [edge.to_bits(); 3]);
         let want = (code + 1).min(255);
-        assert!(
-            (2 * 255 * next - 2 * i64::from(want) * (1 << 24)).abs() <= 255,
-            "{code}"
-        );
+        assert!((2 * 255 * next - 2 * i64::from(want) * (1 << 24)).abs() <= 255, "{code}");
     }
     let decoded = |x: f32| decode(&unit, [x.to_bits(); 3])[0];
     assert_eq!(decoded(7.0), 1 << 24);

@@ -20,11 +20,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn options(width: usize, height: usize) -> SceneOptions {
-    SceneOptions {
-        width,
-        height,
-        ..SceneOptions::default()
-    }
+    SceneOptions { width, height, ..SceneOptions::default() }
 }
 
 fn scene(name: &str) -> Scene {
@@ -53,10 +49,7 @@ fn derivatives_of_normals_and_texture_coordinates_match_differences() {
     for info in SCENES {
         let scene = scene(info.name);
         let at = |x: f64, y: f64| {
-            let hit = scene
-                .surface
-                .shape
-                .hit(scene.surface.camera.ray(x, y), true)?;
+            let hit = scene.surface.shape.hit(scene.surface.camera.ray(x, y), true)?;
             let [a, b, c] = hit.n;
             Some([a, b, c, hit.st[0], hit.st[1]])
         };
@@ -67,16 +60,8 @@ fn derivatives_of_normals_and_texture_coordinates_match_differences() {
             if cosine < 0.1 {
                 continue;
             }
-            let x = Dual {
-                value: px,
-                dx: 1.0,
-                dy: 0.0,
-            };
-            let y = Dual {
-                value: py,
-                dx: 0.0,
-                dy: 1.0,
-            };
+            let x = Dual { value: px, dx: 1.0, dy: 0.0 };
+            let y = Dual { value: py, dx: 0.0, dy: 1.0 };
             let ray = scene.surface.camera.ray(x, y);
             let hit = scene.surface.shape.hit(ray, true).unwrap();
             let [a, b, c] = hit.n;
@@ -110,10 +95,7 @@ fn derivatives_of_normals_and_texture_coordinates_match_differences() {
             }
         }
     }
-    assert!(
-        compared > 10_000,
-        "only {compared} derivatives were compared"
-    );
+    assert!(compared > 10_000, "only {compared} derivatives were compared");
 }
 
 #[test]
@@ -132,19 +114,12 @@ fn fragments_follow_the_camera_convention() {
                 assert!((fragment.dv_dx[i] + camera.right[i]).abs() <= 0.0);
                 assert!((fragment.dv_dy[i] + camera.down[i]).abs() <= 0.0);
             }
-            assert!(
-                dot(fragment.v, fragment.n) > 0.0,
-                "{} {pixel:?} looks away",
-                info.name
-            );
+            assert!(dot(fragment.v, fragment.n) > 0.0, "{} {pixel:?} looks away", info.name);
         }
         // Right-handed: right × down = forward, to the rounding of products of unit vectors.
         let (r, d) = (camera.right, camera.down);
-        let cross = [
-            r[1] * d[2] - r[2] * d[1],
-            r[2] * d[0] - r[0] * d[2],
-            r[0] * d[1] - r[1] * d[0],
-        ];
+        let cross =
+            [r[1] * d[2] - r[2] * d[1], r[2] * d[0] - r[0] * d[2], r[0] * d[1] - r[1] * d[0]];
         for (c, forward) in cross.iter().zip(camera.forward) {
             assert!((c - forward).abs() <= 4.0 * EPS);
         }
@@ -161,10 +136,7 @@ fn reflected_derivative(f: &Fragment, dv: [f64; 3], dn: [f64; 3]) -> [(f64, f64)
             (-dot(n, n) * dv[i], dot(n, n) * dv[i].abs()),
             (2.0 * dot(n, v) * dn[i], 2.0 * magnitude(n, v) * dn[i].abs()),
             (2.0 * n[i] * dot(v, dn), 2.0 * n[i].abs() * magnitude(v, dn)),
-            (
-                -2.0 * v[i] * dot(n, dn),
-                2.0 * v[i].abs() * magnitude(n, dn),
-            ),
+            (-2.0 * v[i] * dot(n, dn), 2.0 * v[i].abs() * magnitude(n, dn)),
         ];
         let value = terms.iter().map(|(value, _)| value).sum();
         (value, terms.iter().map(|(_, size)| size).sum())
@@ -209,14 +181,8 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
                 continue;
             }
             let smooth = bump.is_none();
-            let scene = build(
-                info.name,
-                &SceneOptions {
-                    bump,
-                    ..options(48, 32)
-                },
-                &Settings::default(),
-            );
+            let scene =
+                build(info.name, &SceneOptions { bump, ..options(48, 32) }, &Settings::default());
             let scene = scene.unwrap();
             let mut magnified = 0;
             for PixelFragment { pixel, fragment: f } in &scene.fragments {
@@ -227,22 +193,10 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
                     n = [0, 1, 2].map(|i| n[i] + b1 * e1[i] + b2 * e2[i]);
                     // Level 0 only: it has no covariance of its own, so at texel centres and under the
                     // least derivative the roughness is the spread between taps alone.
-                    let x = Dual {
-                        value: px,
-                        dx: 1.0,
-                        dy: 0.0,
-                    };
-                    let y = Dual {
-                        value: py,
-                        dx: 0.0,
-                        dy: 1.0,
-                    };
-                    let [s, t] = scene
-                        .surface
-                        .shape
-                        .hit(scene.surface.camera.ray(x, y), true)
-                        .unwrap()
-                        .st;
+                    let x = Dual { value: px, dx: 1.0, dy: 0.0 };
+                    let y = Dual { value: py, dx: 0.0, dy: 1.0 };
+                    let [s, t] =
+                        scene.surface.shape.hit(scene.surface.camera.ray(x, y), true).unwrap().st;
                     let longer = (s.dx * s.dx + t.dx * t.dx).max(s.dy * s.dy + t.dy * t.dy);
                     if longer.sqrt() * 4.0 > 1.0 {
                         continue;
@@ -258,11 +212,7 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
                     assert!((got - want).abs() <= bound, "{} {pixel:?}", info.name);
                 }
             }
-            assert!(
-                smooth || magnified > 100,
-                "{}: {magnified} magnified",
-                info.name
-            );
+            assert!(smooth || magnified > 100, "{}: {magnified} magnified", info.name);
         }
     }
 }
@@ -275,16 +225,8 @@ fn every_scene_has_fragments_in_order_and_background_where_due() {
         let all = scene.width * scene.height;
         // 96 × 64: a disc of 0.96 of the height covers 48 % of it at most.
         assert!(covered > all / 5, "{} covers {covered} of {all}", info.name);
-        assert!(
-            covered < all * 9 / 10,
-            "{} covers {covered} of {all}",
-            info.name
-        );
-        let order: Vec<_> = scene
-            .fragments
-            .iter()
-            .map(|f| (f.pixel[1], f.pixel[0]))
-            .collect();
+        assert!(covered < all * 9 / 10, "{} covers {covered} of {all}", info.name);
+        let order: Vec<_> = scene.fragments.iter().map(|f| (f.pixel[1], f.pixel[0])).collect();
         assert!(order.windows(2).all(|pair| pair[0] < pair[1]));
         let (top, bottom) = (scene.background(0, 0), scene.background(0, 63));
         assert!(top[1] > bottom[1], "the picture's top looks up");
@@ -300,15 +242,9 @@ fn scenes_need_the_bump_stages_only_with_a_bump_map() {
         assert_eq!(own.stages(), info.stages);
         assert_eq!(info.stages.contains(&Stage::Bump), bumpy);
         for PixelFragment { fragment: f, .. } in &own.fragments {
-            assert_eq!(
-                [f.h.is_some(), f.bump.is_some(), f.rough.is_some()],
-                [bumpy; 3]
-            );
+            assert_eq!([f.h.is_some(), f.bump.is_some(), f.rough.is_some()], [bumpy; 3]);
         }
-        let with = SceneOptions {
-            bump: Some(small_bump()),
-            ..options(96, 64)
-        };
+        let with = SceneOptions { bump: Some(small_bump()), ..options(96, 64) };
         let with = build(info.name, &with, &Settings::default()).unwrap();
         let bumpy = SCENES.iter().find(|info| info.name == "waves").unwrap();
         assert_eq!(with.stages(), bumpy.stages);
@@ -327,16 +263,8 @@ fn texture_coordinates_grow_along_the_local_frame() {
         let scene = scene(info.name);
         for pixel in scene.fragments.iter().step_by(5) {
             let [px, py] = pixel.pixel.map(|c| f64::from(c) + 0.5);
-            let x = Dual {
-                value: px,
-                dx: 1.0,
-                dy: 0.0,
-            };
-            let y = Dual {
-                value: py,
-                dx: 0.0,
-                dy: 1.0,
-            };
+            let x = Dual { value: px, dx: 1.0, dy: 0.0 };
+            let y = Dual { value: py, dx: 0.0, dy: 1.0 };
             let ray = scene.surface.camera.ray(x, y);
             let [s, t] = scene.surface.shape.hit(ray, true).unwrap().st;
             let determinant = -(s.dx * t.dy - s.dy * t.dx);
@@ -354,27 +282,16 @@ fn texture_coordinates_grow_along_the_local_frame() {
             let image =
                 [camera.right, camera.down].map(|axis| dot(e1, axis) + ahead * dot(v, axis));
             let growth = s.dx * image[0] + s.dy * image[1];
-            assert!(
-                growth > 0.0,
-                "{} {:?}: s shrinks along e1",
-                info.name,
-                pixel.pixel
-            );
+            assert!(growth > 0.0, "{} {:?}: s shrinks along e1", info.name, pixel.pixel);
         }
     }
 }
 
 #[test]
 fn the_bump_maps_own_slope_moves_from_roughness_to_the_normal() {
-    let surface = Settings {
-        roughness_curvature: Curvature::Surface,
-        ..Settings::default()
-    };
+    let surface = Settings { roughness_curvature: Curvature::Surface, ..Settings::default() };
     for name in ["scratches", "waves"] {
-        let (plain, bent) = (
-            scene(name),
-            build(name, &options(96, 64), &surface).unwrap(),
-        );
+        let (plain, bent) = (scene(name), build(name, &options(96, 64), &surface).unwrap());
         let (mut rougher, mut moved) = (0.0, 0);
         for (a, b) in plain.fragments.iter().zip(&bent.fragments) {
             assert_eq!(a.fragment.bump, b.fragment.bump);
@@ -393,10 +310,7 @@ fn the_bump_maps_own_slope_moves_from_roughness_to_the_normal() {
                 * (dot(added, added).sqrt() + dot(b.fragment.dn_dx, b.fragment.dn_dx).sqrt());
             assert!(dot(added, n).abs() <= bound);
         }
-        assert!(
-            rougher > 0.0,
-            "{name}: taking the trend out leaves less roughness"
-        );
+        assert!(rougher > 0.0, "{name}: taking the trend out leaves less roughness");
         assert!(moved > plain.fragments.len() / 2);
     }
 }
@@ -405,33 +319,17 @@ fn the_bump_maps_own_slope_moves_from_roughness_to_the_normal() {
 fn fails_when_the_scene_or_its_size_is_not_there() {
     let settings = Settings::default();
     let error = build("spere", &SceneOptions::default(), &settings).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("sphere, cylinder, parabola, scratches, waves")
-    );
-    for (width, height) in [
-        (0, 4),
-        (4, 0),
-        (20_000, 1),
-        (16_384, 16_384),
-        (usize::MAX, usize::MAX),
-    ] {
+    assert!(error.to_string().contains("sphere, cylinder, parabola, scratches, waves"));
+    for (width, height) in [(0, 4), (4, 0), (20_000, 1), (16_384, 16_384), (usize::MAX, usize::MAX)]
+    {
         assert!(build("sphere", &options(width, height), &settings).is_err());
     }
     for face_size in [0, 1 << 20] {
-        let options = SceneOptions {
-            face_size: Some(face_size),
-            ..options(4, 4)
-        };
+        let options = SceneOptions { face_size: Some(face_size), ..options(4, 4) };
         assert!(build("sphere", &options, &settings).is_err());
     }
     let broken = SceneOptions {
-        bump: Some(BumpSource::Normals {
-            width: 2,
-            height: 2,
-            values: vec![],
-        }),
+        bump: Some(BumpSource::Normals { width: 2, height: 2, values: vec![] }),
         ..options(4, 4)
     };
     assert!(build("sphere", &broken, &settings).is_err());

@@ -17,20 +17,14 @@ use tapline::stage::Stage;
 use tapline::truth::{TruthOptions, truth};
 
 fn options(width: usize, height: usize) -> SceneOptions {
-    SceneOptions {
-        width,
-        height,
-        ..SceneOptions::default()
-    }
+    SceneOptions { width, height, ..SceneOptions::default() }
 }
 
 /// FNV-1a over the bytes of 64-bit words, lowest first.
 fn fnv(words: impl Iterator<Item = u64>) -> u64 {
-    words
-        .flat_map(u64::to_le_bytes)
-        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
-        })
+    words.flat_map(u64::to_le_bytes).fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+    })
 }
 
 /// The bits of every number of every fragment.
@@ -57,51 +51,29 @@ fn fragments_have_the_golden_bits_for_any_number_of_threads() {
                 roughness_interpolation: RoughnessInterpolation::Factors,
                 ..Settings::default()
             });
-            variants.push(Settings {
-                roughness_curvature: Curvature::Surface,
-                ..Settings::default()
-            });
+            variants
+                .push(Settings { roughness_curvature: Curvature::Surface, ..Settings::default() });
         }
         for settings in variants {
             let hashes = [1, 3].map(|threads| {
-                let pool = rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .unwrap();
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let scene = pool.install(|| build(info.name, &options(96, 64), &settings).unwrap());
                 fingerprint(&scene.fragments)
             });
             assert_eq!(hashes[0], hashes[1], "{} depends on the threads", info.name);
             let interpolation = settings.roughness_interpolation.name();
             let curvature = settings.roughness_curvature.name();
-            writeln!(
-                lines,
-                "{} {interpolation} {curvature} {:016x}",
-                info.name, hashes[0]
-            )
-            .unwrap();
+            writeln!(lines, "{} {interpolation} {curvature} {:016x}", info.name, hashes[0])
+                .unwrap();
         }
     }
     // The environment, and a small truth of it: all that other engines are compared with.
     let settings = Settings::default();
     let sphere = build("sphere", &options(24, 16), &settings).unwrap();
-    let texture = CubeMap {
-        levels: vec![procedural(32)],
-    };
-    let words = texture.levels[0]
-        .texels
-        .iter()
-        .flatten()
-        .map(|c| u64::from(c.to_bits()));
+    let texture = CubeMap { levels: vec![procedural(32)] };
+    let words = texture.levels[0].texels.iter().flatten().map(|c| u64::from(c.to_bits()));
     writeln!(lines, "environment 32 {:016x}", fnv(words)).unwrap();
-    let picture = truth(
-        &sphere,
-        &texture,
-        &settings,
-        &TruthOptions::default(),
-        &|_| {},
-    )
-    .picture;
+    let picture = truth(&sphere, &texture, &settings, &TruthOptions::default(), &|_| {}).picture;
     let words = picture.rgb.iter().flatten().map(|c| c.to_bits());
     writeln!(lines, "truth sphere {:016x}", fnv(words)).unwrap();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/scene_fragments.txt");

@@ -86,10 +86,8 @@ fn a_hundred_pixels_of_every_scene_have_the_same_registers_traced_and_batched() 
         let engine = rtl_support::engine(&spec, &subject);
         let (unit, texture) = (&engine.unit, &engine.texture);
         let all = &subject.scene.fragments;
-        let fragments: Vec<Fragment> = sample(all.len(), &mut random)
-            .into_iter()
-            .map(|i| all[i].fragment)
-            .collect();
+        let fragments: Vec<Fragment> =
+            sample(all.len(), &mut random).into_iter().map(|i| all[i].fragment).collect();
         same_for_n::<8>(unit, texture, &fragments, info.name);
         same_for_n::<32>(unit, texture, &fragments, info.name);
         // What `trace` prints is the same code with the engine's own tap.
@@ -116,10 +114,8 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
         let subject = rtl_support::subject(info.name, 64, &spec);
         let engine = rtl_support::engine(&spec, &subject);
         let all = &subject.scene.fragments;
-        let fragments: Vec<Fragment> = sample(all.len(), &mut random)
-            .into_iter()
-            .map(|i| all[i].fragment)
-            .collect();
+        let fragments: Vec<Fragment> =
+            sample(all.len(), &mut random).into_iter().map(|i| all[i].fragment).collect();
         let words: Vec<Words> = fragments.iter().map(words).collect();
         for level in &levels {
             for (chunk, words) in fragments.chunks(LANES).zip(words.chunks(LANES)) {
@@ -133,18 +129,9 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
                 run(*level, blocks);
                 for (lane, fragment) in chunk.iter().enumerate() {
                     let (_, alone) = traced(&engine.unit, &engine.texture, fragment);
-                    let here = (
-                        out.color[lane],
-                        out.probes[lane],
-                        out.texels[lane],
-                        out.flags[lane],
-                    );
-                    let there = (
-                        alone.color[0],
-                        alone.probes[0],
-                        alone.texels[0],
-                        alone.flags[0],
-                    );
+                    let here =
+                        (out.color[lane], out.probes[lane], out.texels[lane], out.flags[lane]);
+                    let there = (alone.color[0], alone.probes[0], alone.texels[0], alone.flags[0]);
                     assert_eq!(here, there, "{} at {level:?}: {fragment:?}", info.name);
                 }
             }
@@ -160,12 +147,7 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
         let subject = rtl_support::subject(info.name, 64, &spec);
         let engine = rtl_support::engine(&spec, &subject);
         let all = &subject.scene.fragments;
-        assert!(
-            all.len() > 2 * 16 * LANES,
-            "{}: {} fragments",
-            info.name,
-            all.len()
-        );
+        assert!(all.len() > 2 * 16 * LANES, "{}: {} fragments", info.name, all.len());
         let words: Vec<Words> = all.iter().map(|f| words(&f.fragment)).collect();
         let mut colors = Vec::new();
         let (mut probes, mut texels, mut flags) = (0, 0, FlagCounts::default());
@@ -192,11 +174,7 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
                 .build()
                 .expect("a pool of threads");
             let filtered = pool.install(|| engine.filter(&words, &|_| {}));
-            assert_eq!(
-                filtered.colors, colors,
-                "{} with {threads} threads",
-                info.name
-            );
+            assert_eq!(filtered.colors, colors, "{} with {threads} threads", info.name);
             assert_eq!((filtered.probes, filtered.texels), (probes, texels));
             assert_eq!(filtered.flags, flags);
         }

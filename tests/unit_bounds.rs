@@ -44,10 +44,7 @@ impl Case<'_> {
 
     /// Notes `error` against `bound`, which belongs to row `name`.
     fn check(&mut self, name: &'static str, error: f64, bound: f64, about: &Fragment) {
-        assert!(
-            error <= bound,
-            "{name}: {error:e} > {bound:e} for {about:?}"
-        );
+        assert!(error <= bound, "{name}: {error:e} > {bound:e} for {about:?}");
         if bound > 0.0 {
             let worst = self.worst.0.entry(name).or_default();
             *worst = worst.max(error / bound);
@@ -119,17 +116,9 @@ fn own_lambda(t: &Traced, [a, b, c]: [f64; 3]) -> [f64; 2] {
 fn direction_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
     let bumped = f.h.is_some();
     let names = if bumped {
-        [
-            "cube_face.u, v, bumped",
-            "jacobian.d, bumped, factor",
-            "jacobian.d, bumped, absolute",
-        ]
+        ["cube_face.u, v, bumped", "jacobian.d, bumped, factor", "jacobian.d, bumped, absolute"]
     } else {
-        [
-            "cube_face.u, v",
-            "jacobian.d, factor",
-            "jacobian.d, absolute",
-        ]
+        ["cube_face.u, v", "jacobian.d, factor", "jacobian.d, absolute"]
     };
     let (Some(uv), Some(factor), Some(absolute)) =
         (case.row(names[0]), case.row(names[1]), case.row(names[2]))
@@ -152,19 +141,13 @@ fn direction_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
 
 /// B' of the reference: what K holds beyond D Dᵀ, entry by entry, in doubles.
 fn factor_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, theirs: &[f64]) {
-    let (Some(factor), Some(absolute), Some(d)) = (
-        case.row("roughness.b, factor"),
-        case.row("roughness.b, absolute"),
-        f.rough,
-    ) else {
+    let (Some(factor), Some(absolute), Some(d)) =
+        (case.row("roughness.b, factor"), case.row("roughness.b, absolute"), f.rough)
+    else {
         return;
     };
     for (i, want) in theirs.iter().enumerate() {
-        let size = if i % 2 == 0 {
-            d[0].abs()
-        } else {
-            d[1].abs() + d[2].abs()
-        };
+        let size = if i % 2 == 0 { d[0].abs() } else { d[1].abs() + d[2].abs() };
         let error = (t.value(Reg::RoughB, i) - want).abs();
         case.check("roughness.b, factor", error, factor * size + absolute, f);
     }
@@ -189,11 +172,7 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
     for (i, name) in ["eigen.lambda 1", "eigen.lambda 2"].into_iter().enumerate() {
         if let Some(share) = case.row(name) {
             // √(8·2⁻⁵²) where the plain form cancels.
-            let slack = if i == 1 && f.rough.is_some() {
-                5e-8
-            } else {
-                1e-14
-            };
+            let slack = if i == 1 && f.rough.is_some() { 5e-8 } else { 1e-14 };
             let error = (t.value(Reg::EigenLambda, i) - lambda[i]).abs();
             case.check(name, error, (share + slack) * lambda[0], f);
         }
@@ -203,12 +182,7 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
         let half = f64::from(FACE) / 2.0;
         let m = (lambda[1] * half).max(1.0).max(lambda[0] * half * cap);
         let lod = libm::log2(m).clamp(0.0, 8.0);
-        case.check(
-            "footprint.lod",
-            (t.value(Reg::FootLod, 0) - lod).abs(),
-            bound + 1e-6,
-            f,
-        );
+        case.check("footprint.lod", (t.value(Reg::FootLod, 0) - lod).abs(), bound + 1e-6, f);
     }
     if let Some(bound) = case.row("eigen.axis") {
         let [a, b, c] = [0, 1, 2].map(|i| t.value(Reg::CovK, i));
@@ -226,10 +200,9 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
 
 /// K, λ against the float reference: what the error of D brings, and the stages' own on top.
 fn compounded(case: &Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
-    let (Some(factor), Some(absolute)) = (
-        case.row("jacobian.d, factor"),
-        case.row("jacobian.d, absolute"),
-    ) else {
+    let (Some(factor), Some(absolute)) =
+        (case.row("jacobian.d, factor"), case.row("jacobian.d, absolute"))
+    else {
         return;
     };
     let size = exact.k[0] + exact.k[2];
@@ -247,10 +220,7 @@ fn compounded(case: &Case<'_>, f: &Fragment, t: &Traced, exact: &Env) {
     if let Some(k) = case.row("covariance.k") {
         for i in 0..3 {
             let error = (t.value(Reg::CovK, i) - exact.k[i]).abs();
-            assert!(
-                error <= (brought + k * (1.0 + brought) + 1e-9) * size,
-                "K of {f:?}"
-            );
+            assert!(error <= (brought + k * (1.0 + brought) + 1e-9) * size, "K of {f:?}");
         }
     }
     for (i, name) in ["eigen.lambda 1", "eigen.lambda 2"].into_iter().enumerate() {
@@ -292,10 +262,7 @@ fn hold(spec: &UnitSpec, seed: u64, count: usize, worst: &mut Worst) -> usize {
             continue;
         }
         checked += 1;
-        let mut case = Case {
-            rows: &rows,
-            worst: &mut *worst,
-        };
+        let mut case = Case { rows: &rows, worst: &mut *worst };
         if t.out.face == exact.face {
             direction_rows(&mut case, &f, &t, &exact);
             compounded(&case, &f, &t, &exact);
@@ -320,10 +287,7 @@ fn no_bound_of_the_default_unit_is_vacuous() {
             loose.push(name);
         }
     }
-    assert!(
-        loose.is_empty(),
-        "bounds above 64 times the worst error: {loose:?}"
-    );
+    assert!(loose.is_empty(), "bounds above 64 times the worst error: {loose:?}");
 }
 
 /// A unit whose words, roundings, tables and λ2 rule are drawn at random around the default's.
@@ -387,13 +351,7 @@ fn shorter_words_widen_the_bounds_they_enter() {
     let after = bounds(&spec.config);
     assert_eq!(before.len(), after.len());
     for (a, b) in before.iter().zip(&after) {
-        assert!(
-            b.bound >= a.bound,
-            "{}: {} then {}",
-            a.name,
-            a.bound,
-            b.bound
-        );
+        assert!(b.bound >= a.bound, "{}: {} then {}", a.name, a.bound, b.bound);
         assert!(a.bound.is_finite() && !a.holds.is_empty());
     }
     // Policies that a row does not fit leave it out.

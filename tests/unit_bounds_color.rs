@@ -28,11 +28,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
     let lod = to_f64(request.lod, frac(Reg::FootLod));
     let last = texture.levels.len() - 1;
     let first = (0..=last).rev().find(|l| as_f64(*l) <= lod).unwrap_or(0);
-    let part = if first == last {
-        0.0
-    } else {
-        lod - as_f64(first)
-    };
+    let part = if first == last { 0.0 } else { lod - as_f64(first) };
     let Texels::Wide(texels) = &texture.texels else {
         panic!("a widened texture");
     };
@@ -40,11 +36,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
     let (mut color, mut most) = ([0.0; 3], 0.0f64);
     for k in 0..request.line.count {
         let mut probe = RtlProbe::default();
-        let mut sink = Sink {
-            lane: 0,
-            flags: &mut Flags::default(),
-            tap: &mut probe,
-        };
+        let mut sink = Sink { lane: 0, flags: &mut Flags::default(), tap: &mut probe };
         let at = address::address(&cfg, &unit.roms, &request.line, k, &mut sink);
         for (l, share) in [(first, 1.0 - part), ((first + 1).min(last), part)] {
             let level = &texture.levels[l];
@@ -116,10 +108,7 @@ fn colours_are_within_their_bound_of_the_exact_filter_at_their_own_addresses() {
                 count += 1;
             }
         }
-        eprintln!(
-            "filter.color: bound is {:.1} times the worst error of {count}",
-            1.0 / worst
-        );
+        eprintln!("filter.color: bound is {:.1} times the worst error of {count}", 1.0 / worst);
         assert!(worst > 1.0 / 64.0, "a vacuous bound");
     }
 }

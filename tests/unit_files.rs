@@ -90,11 +90,7 @@ fn a_file_may_exchange_integer_and_fraction_bits_in_any_order() {
 #[test]
 fn every_error_of_a_unit_file_has_file_line_and_column() {
     for (text, place, words) in [
-        (
-            "[footprint]\nmax_probes = = 3\n",
-            "line 2, column 14",
-            "TOML",
-        ),
+        ("[footprint]\nmax_probes = = 3\n", "line 2, column 14", "TOML"),
         (
             "[footprint]\n\n  max_probes = 65\n",
             "line 3, column 16, footprint.max_probes",
@@ -105,46 +101,14 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "line 2, column 14, footprint.max_probes",
             "whole number",
         ),
-        (
-            "[footprint]\nmax_prob = 8\n",
-            "line 2, column 1, footprint.max_prob",
-            "unit show",
-        ),
-        (
-            "[footprint]\naxis = \"eigen\"\n",
-            "line 2, column 8, footprint.axis",
-            "eigen-table",
-        ),
-        (
-            "[footprint]\naxis = true\n",
-            "line 2, column 8, footprint.axis",
-            "found true",
-        ),
-        (
-            "eigen.entries = 33\n",
-            "line 1, column 17, eigen.entries",
-            "even",
-        ),
-        (
-            "[tables.eigen]\nentries = 33\n",
-            "line 2, column 11, tables.eigen.entries",
-            "even",
-        ),
-        (
-            "[tables.log2]\nnewton = 1\n",
-            "line 2, column 10, tables.log2.newton",
-            "no Newton",
-        ),
-        (
-            "[tables]\nrecip.order = 3\n",
-            "line 2, column 15, tables.recip.order",
-            "0, 1 or 2",
-        ),
-        (
-            "[registers.bump.b]\nfrac = 59\n",
-            "line 2, column 8, registers.bump.b.frac",
-            "0 to 58",
-        ),
+        ("[footprint]\nmax_prob = 8\n", "line 2, column 1, footprint.max_prob", "unit show"),
+        ("[footprint]\naxis = \"eigen\"\n", "line 2, column 8, footprint.axis", "eigen-table"),
+        ("[footprint]\naxis = true\n", "line 2, column 8, footprint.axis", "found true"),
+        ("eigen.entries = 33\n", "line 1, column 17, eigen.entries", "even"),
+        ("[tables.eigen]\nentries = 33\n", "line 2, column 11, tables.eigen.entries", "even"),
+        ("[tables.log2]\nnewton = 1\n", "line 2, column 10, tables.log2.newton", "no Newton"),
+        ("[tables]\nrecip.order = 3\n", "line 2, column 15, tables.recip.order", "0, 1 or 2"),
+        ("[registers.bump.b]\nfrac = 59\n", "line 2, column 8, registers.bump.b.frac", "0 to 58"),
         (
             "[registers.bump.b]\nint = 40\nfrac = 30\n",
             "line 3, column 8, registers.bump.b.frac",
@@ -160,11 +124,7 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "line 2, column 12, registers.covariance.k.overflow",
             "never overflows",
         ),
-        (
-            "[registers.bump.c]\nint = 1\n",
-            "line 2, column 1, registers.bump.c.int",
-            "unit show",
-        ),
+        ("[registers.bump.c]\nint = 1\n", "line 2, column 1, registers.bump.c.int", "unit show"),
         (
             "[surface_footprint]\nmax_anisotropy = 0\n",
             "line 2, column 18, surface_footprint.max_anisotropy",
@@ -175,16 +135,8 @@ fn every_error_of_a_unit_file_has_file_line_and_column() {
             "line 2, column 12, transform.rotation",
             "nine numbers",
         ),
-        (
-            "# é\n[roughness]\nscale = \"é\" # nine\n",
-            "line 3, column 9, roughness.scale",
-            "0 to 8",
-        ),
-        (
-            "[roughness]\nscale = nan\n",
-            "line 2, column 9, roughness.scale",
-            "0 to 8",
-        ),
+        ("# é\n[roughness]\nscale = \"é\" # nine\n", "line 3, column 9, roughness.scale", "0 to 8"),
+        ("[roughness]\nscale = nan\n", "line 2, column 9, roughness.scale", "0 to 8"),
         ("x = 1\n", "line 1, column 1, x", "unit show"),
     ] {
         let error = from_toml("unit.toml", text).expect_err(text);
@@ -211,8 +163,7 @@ fn a_knob_that_is_refused_leaves_the_unit_as_it_was() {
 #[test]
 fn the_alias_of_the_angle_tables_entries_is_the_same_knob() {
     let mut spec = UnitSpec::default();
-    spec.set("tables.eigen.entries", &Value::Integer(10))
-        .unwrap();
+    spec.set("tables.eigen.entries", &Value::Integer(10)).unwrap();
     assert_eq!(spec.config.tables.eigen.entries, 10);
     assert_eq!(spec.get("eigen.entries"), Some(Value::Integer(10)));
     assert_eq!(spec.get("tables.eigen.entries"), Some(Value::Integer(10)));
@@ -231,8 +182,7 @@ fn every_rounding_is_a_literal_of_every_register() {
         if knob.path.starts_with("registers.") && key(&knob.path) == "rounding" {
             for mode in Rounding::ALL {
                 let mut spec = UnitSpec::default();
-                spec.set(&knob.path, &Value::Text(mode.name().into()))
-                    .unwrap();
+                spec.set(&knob.path, &Value::Text(mode.name().into())).unwrap();
                 assert_eq!(spec.get(&knob.path), Some(Value::Text(mode.name().into())));
             }
         }

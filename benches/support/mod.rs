@@ -61,21 +61,14 @@ impl Bench {
     pub(crate) fn new(name: &str) -> Self {
         let spec = UnitSpec::default();
         let settings = spec.settings(ReferenceAxis::Exact);
-        let options = SceneOptions {
-            width: 256,
-            height: 256,
-            ..SceneOptions::default()
-        };
+        let options = SceneOptions { width: 256, height: 256, ..SceneOptions::default() };
         let scene = scene::build(name, &options, &settings).expect("a built-in scene");
         let map = build_mips(scene.environment());
         let background = vec![[0.0; 3]; scene.width * scene.height];
         let needs = encode::needs(&scene.fragments[0].fragment);
         let engine = RtlEngine::new(&spec, needs, &map).expect("the default unit");
-        let words: Vec<Words> = scene
-            .fragments
-            .iter()
-            .map(|f| encode::words(&f.fragment))
-            .collect();
+        let words: Vec<Words> =
+            scene.fragments.iter().map(|f| encode::words(&f.fragment)).collect();
         let mut requests = Vec::new();
         let (ports, states): (Vec<_>, Vec<_>) = words
             .chunks(LANES)
@@ -98,11 +91,7 @@ impl Bench {
             .into();
         Self {
             engine,
-            subject: Subject {
-                scene,
-                map,
-                background,
-            },
+            subject: Subject { scene, map, background },
             settings,
             words,
             ports,
@@ -129,15 +118,11 @@ impl Bench {
         match part {
             "whole" => threads(1, || self.engine.filter(&self.words, &|_| {}).probes),
             "two_threads" => threads(2, || self.engine.filter(&self.words, &|_| {}).probes),
-            "scalar_f32" => self
-                .requests
-                .iter()
-                .map(|r| u64::from(self.scalar.filter(r)[0].to_bits()))
-                .sum(),
+            "scalar_f32" => {
+                self.requests.iter().map(|r| u64::from(self.scalar.filter(r)[0].to_bits())).sum()
+            }
             "f64" => threads(1, || {
-                let engine = F64Engine {
-                    settings: self.settings.clone(),
-                };
+                let engine = F64Engine { settings: self.settings.clone() };
                 engine.render(&self.subject, &|_| {}).probes
             }),
             _ => {
@@ -188,12 +173,7 @@ fn threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
     static POOLS: [std::sync::OnceLock<rayon::ThreadPool>; 2] =
         [const { std::sync::OnceLock::new() }; 2];
     POOLS[n - 1]
-        .get_or_init(|| {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(n)
-                .build()
-                .expect("threads")
-        })
+        .get_or_init(|| rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads"))
         .install(work)
 }
 
@@ -227,10 +207,7 @@ impl Task for Part<'_> {
             return sum;
         }
         if self.name == "front" {
-            let groups = self
-                .words
-                .chunks(GROUP * LANES)
-                .zip(self.states.chunks_mut(GROUP));
+            let groups = self.words.chunks(GROUP * LANES).zip(self.states.chunks_mut(GROUP));
             let mut ports: [Ports<LANES>; GROUP] = Default::default();
             for (words, states) in groups {
                 for (words, ports) in words.chunks(LANES).zip(&mut ports) {
@@ -275,8 +252,5 @@ pub(crate) fn used(scene: &str, part: &str) -> bool {
 
 /// Keeps rayon's traits in scope for the pools above.
 pub(crate) fn cores() -> usize {
-    (0..1)
-        .into_par_iter()
-        .count()
-        .max(rayon::current_num_threads())
+    (0..1).into_par_iter().count().max(rayon::current_num_threads())
 }

@@ -72,10 +72,7 @@ impl Map {
         let mut sum = [0.0; 4];
         for k in 0..r.count {
             let along = (2 * k + 1) as f32 - r.count as f32;
-            let (mut u, mut v) = (
-                r.center[0] + along * r.step[0],
-                r.center[1] + along * r.step[1],
-            );
+            let (mut u, mut v) = (r.center[0] + along * r.step[0], r.center[1] + along * r.step[1]);
             let mut face = r.face;
             if u.abs() > 1.0 || v.abs() > 1.0 {
                 let (f, a, b) = face_uv(direction(face, f64::from(u), f64::from(v)));
@@ -83,14 +80,7 @@ impl Map {
             }
             for (level, weight) in [(first as usize, 1.0 - part), (first as usize + 1, part)] {
                 if weight > 0.0 {
-                    self.bilinear(
-                        level.min(self.levels.len() - 1),
-                        face,
-                        u,
-                        v,
-                        weight,
-                        &mut sum,
-                    );
+                    self.bilinear(level.min(self.levels.len() - 1), face, u, v, weight, &mut sum);
                 }
             }
         }

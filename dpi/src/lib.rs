@@ -51,12 +51,7 @@ impl Bench {
         let shape = model.shape();
         let inputs = shape.input_len();
         let ranges = shape.numbers().take(inputs).map(|(f, _)| f.range).collect();
-        Ok(Self {
-            input: vec![0; inputs],
-            output: vec![0; shape.output_len()],
-            ranges,
-            model,
-        })
+        Ok(Self { input: vec![0; inputs], output: vec![0; shape.output_len()], ranges, model })
     }
 
     /// Runs the case in `input`; its number where one is outside of its field.
@@ -159,9 +154,7 @@ pub unsafe extern "C" fn tapline_get(bench: *const Bench, index: c_int) -> i64 {
     // SAFETY: the caller's promise.
     let bench = unsafe { bench.as_ref() };
     let index = usize::try_from(index).unwrap_or(usize::MAX);
-    bench
-        .and_then(|b| b.output.get(index).copied())
-        .unwrap_or(0)
+    bench.and_then(|b| b.output.get(index).copied()).unwrap_or(0)
 }
 
 /// Runs the case that was set: 0, or −1 with words in [`tapline_error`].
@@ -179,10 +172,7 @@ pub unsafe extern "C" fn tapline_eval(bench: *mut Bench) -> c_int {
         Ok(Ok(())) => 0,
         Ok(Err(k)) => {
             let [low, high] = bench.ranges[k];
-            fail(&format!(
-                "input {k} is {}, not from {low} to {high}",
-                bench.input[k]
-            ));
+            fail(&format!("input {k} is {}, not from {low} to {high}", bench.input[k]));
             -1
         }
         Err(_) => {

@@ -72,11 +72,8 @@ fn a_c_program_gets_the_bits_of_the_model() {
         lines += &text(&input);
         want += &text(&output);
     }
-    let mut child = Command::new(&program)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child =
+        Command::new(&program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     let feeder = std::thread::spawn(move || stdin.write_all(lines.as_bytes()).unwrap());
     let ran = child.wait_with_output().unwrap();
@@ -96,10 +93,7 @@ fn wrong_calls_are_words_and_not_crashes() {
     };
     let words = || {
         // SAFETY: the library's own string.
-        unsafe { CStr::from_ptr(tapline_dpi::tapline_error()) }
-            .to_str()
-            .unwrap()
-            .to_string()
+        unsafe { CStr::from_ptr(tapline_dpi::tapline_error()) }.to_str().unwrap().to_string()
     };
     assert!(open(c"nothing").is_null());
     assert!(words().contains("local_frame"), "{}", words());

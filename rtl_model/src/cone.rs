@@ -88,9 +88,6 @@ impl Cone {
             LaneOrder::AngleLow => (low, high),
             LaneOrder::WidthLow => (high, low),
         };
-        Self {
-            angle: Angle(angle),
-            width: Width(width),
-        }
+        Self { angle: Angle(angle), width: Width(width) }
     }
 }

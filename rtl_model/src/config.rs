@@ -116,12 +116,7 @@ impl Default for Config {
         for (format, reg) in formats.iter_mut().zip(Reg::ALL) {
             *format = reg.info().format;
         }
-        let table = |entries, order, frac, newton| TableSpec {
-            entries,
-            order,
-            frac,
-            newton,
-        };
+        let table = |entries, order, frac, newton| TableSpec { entries, order, frac, newton };
         Self {
             formats,
             tables: Tables {
@@ -158,10 +153,7 @@ impl Config {
     #[must_use]
     #[inline(always)]
     pub fn format(&self, reg: Reg) -> Format {
-        self.formats
-            .get(reg.index())
-            .copied()
-            .unwrap_or(reg.info().format)
+        self.formats.get(reg.index()).copied().unwrap_or(reg.info().format)
     }
 }
 

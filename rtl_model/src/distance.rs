@@ -65,10 +65,7 @@ fn register(config: &Config) -> Result<Quantizer, ConfigError> {
 fn encode(q: &Quantizer, m: i64, e: i64, scale: i64) -> u32 {
     let shift = scale - e - i64::from(q.format.frac);
     let (code, over) = q.write_shifted(m, shift);
-    let saturates = matches!(
-        q.format.overflow,
-        Overflow::Saturate | Overflow::SaturateSymmetric
-    );
+    let saturates = matches!(q.format.overflow, Overflow::Saturate | Overflow::SaturateSymmetric);
     if over && saturates {
         return BEYOND;
     }
@@ -119,21 +116,15 @@ impl DistanceMemory {
             });
         }
         let finite = words.iter().filter_map(|w| single(*w));
-        let scale = finite
-            .filter(|(m, _)| *m != 0)
-            .map(|(m, e)| scale_for(&q, m, e))
-            .max()
-            .unwrap_or(0);
+        let scale =
+            finite.filter(|(m, _)| *m != 0).map(|(m, e)| scale_for(&q, m, e)).max().unwrap_or(0);
         let plain: Vec<u32> = words
             .iter()
             .map(|w| single(*w).map_or(INFINITE, |(m, e)| encode(&q, m, e, scale)))
             .collect();
         let beyond = plain.iter().filter(|c| **c == BEYOND).map(|_| 1).sum();
         let at = |f: usize, x: usize, y: usize| {
-            plain
-                .get((f * size + y) * size + x)
-                .copied()
-                .unwrap_or(INFINITE)
+            plain.get((f * size + y) * size + x).copied().unwrap_or(INFINITE)
         };
         let stride = size + 2;
         let mut codes = vec![0; 6 * stride * stride];
@@ -155,35 +146,21 @@ impl DistanceMemory {
                 }
             }
         }
-        Ok(Self {
-            scale,
-            kind: Kind::Cube { size, codes },
-            beyond,
-        })
+        Ok(Self { scale, kind: Kind::Cube { size, codes }, beyond })
     }
 
     /// The inside of a box of those half edges (binary64 words, positive and finite).
     pub fn ideal_box(config: &Config, half_edges: [u64; 3]) -> Result<Self, ConfigError> {
         register(config)?;
         let parts = half_edges.map(port::unpack);
-        let largest = parts
-            .iter()
-            .filter(|p| p.0 > 0)
-            .map(|p| top(p.0, p.1))
-            .max();
+        let largest = parts.iter().filter(|p| p.0 > 0).map(|p| top(p.0, p.1)).max();
         // The corner's distance is below √3·2^(largest + 1), that is √3 units.
         let scale = largest.unwrap_or(0) + 1;
         let one = Quantizer::new(crate::fx::Format::unsigned(1, 30), 0);
         let edges = parts.map(|(m, e, _)| {
-            one.write_shifted(m.max(0), (scale - e - HALF_EDGE_FRAC).min(62))
-                .0
-                .max(1)
+            one.write_shifted(m.max(0), (scale - e - HALF_EDGE_FRAC).min(62)).0.max(1)
         });
-        Ok(Self {
-            scale,
-            kind: Kind::Box(edges),
-            beyond: 0,
-        })
+        Ok(Self { scale, kind: Kind::Box(edges), beyond: 0 })
     }
 
     /// The inside of a sphere of that radius (a binary64 word, positive and finite).
@@ -193,11 +170,7 @@ impl DistanceMemory {
         let m = m.max(1);
         let scale = scale_for(&q, m, e);
         let code = encode(&q, m, e, scale);
-        Ok(Self {
-            scale,
-            kind: Kind::Sphere(code),
-            beyond: u64::from(code == BEYOND),
-        })
+        Ok(Self { scale, kind: Kind::Sphere(code), beyond: u64::from(code == BEYOND) })
     }
 }
 

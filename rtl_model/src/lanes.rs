@@ -13,11 +13,7 @@ use crate::tap::Tap;
 /// a·b. Where `T::STANDARD` both must fit 32 bits.
 #[inline(always)]
 pub(crate) fn mul<T: Tap>(a: i64, b: i64) -> i64 {
-    if T::STANDARD {
-        narrow(a) * narrow(b)
-    } else {
-        a * b
-    }
+    if T::STANDARD { narrow(a) * narrow(b) } else { a * b }
 }
 
 /// a·b of non-negative operands. Where `T::STANDARD` both must be below 2^32.
@@ -144,9 +140,7 @@ pub(crate) fn mantissa<const N: usize>(
     e: &mut [i64; N],
 ) {
     fill(n, e, |i| 63 - i64::from(x(i).leading_zeros()));
-    fill(n, m, |i| {
-        ((x(i) << ((63 - e[i]) & 63)).cast_unsigned() >> 33).cast_signed()
-    });
+    fill(n, m, |i| ((x(i) << ((63 - e[i]) & 63)).cast_unsigned() >> 33).cast_signed());
 }
 
 /// Positive integers as m·4^q, m in [1, 4) with 30 fraction bits.
@@ -158,9 +152,7 @@ pub(crate) fn mantissa4<const N: usize>(
     q: &mut [i64; N],
 ) {
     fill(n, q, |i| (63 - i64::from(x(i).leading_zeros())) >> 1);
-    fill(n, m, |i| {
-        ((x(i) << ((62 - 2 * q[i]) & 62)).cast_unsigned() >> 32).cast_signed()
-    });
+    fill(n, m, |i| ((x(i) << ((62 - 2 * q[i]) & 62)).cast_unsigned() >> 32).cast_signed());
 }
 
 /// Where register writes of whole lane arrays go: the flags of the lanes in use, and the tap.
@@ -178,11 +170,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     /// A sink for the lanes that have flags.
     #[inline(always)]
     pub(crate) fn new(flags: &'a mut [Flags], tap: &'a mut T) -> Self {
-        Self {
-            n: span::<N>(flags.len()),
-            flags,
-            tap,
-        }
+        Self { n: span::<N>(flags.len()), flags, tap }
     }
 
     /// Writes x(lane) (with the quantizer's own input fraction) to a fixed register whose nominal scale
@@ -252,10 +240,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     ) {
         let mut exact = [0; N];
         let mut any = 0;
-        let (bias, size) = (
-            -q.format.min_raw(),
-            q.format.max_raw() - q.format.min_raw() + 1,
-        );
+        let (bias, size) = (-q.format.min_raw(), q.format.max_raw() - q.format.min_raw() + 1);
         for i in 0..self.n.min(N) {
             let x = x(i);
             let right = shift.0[i].max(0);
@@ -268,13 +253,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
             exact[i] = x;
         }
         if any != 0 || !Quantizer::is_standard(q.format) {
-            settle_shift(
-                (q, reg, most),
-                &exact,
-                &shift.0,
-                &mut out[..self.n],
-                self.flags,
-            );
+            settle_shift((q, reg, most), &exact, &shift.0, &mut out[..self.n], self.flags);
         }
     }
 
@@ -334,11 +313,8 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
 #[inline(never)]
 fn settle(q: &Quantizer, reg: Reg, codes: &mut [i64], flags: &mut [Flags]) {
     for (i, code) in codes.iter_mut().enumerate() {
-        let (limited, over) = if q.lanes.passes_through() {
-            q.write(*code)
-        } else {
-            q.limit(*code)
-        };
+        let (limited, over) =
+            if q.lanes.passes_through() { q.write(*code) } else { q.limit(*code) };
         *code = limited;
         if let Some(flags) = flags.get_mut(i) {
             flags.register(reg, over);

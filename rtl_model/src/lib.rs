@@ -5,11 +5,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unreachable_pub)]
-#![deny(
-    clippy::float_arithmetic,
-    clippy::disallowed_types,
-    clippy::as_conversions
-)]
+#![deny(clippy::float_arithmetic, clippy::disallowed_types, clippy::as_conversions)]
 #![allow(
     clippy::needless_range_loop,
     clippy::too_many_arguments,

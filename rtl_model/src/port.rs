@@ -43,13 +43,7 @@ pub fn vector<const C: usize>(standard: bool, q: &Quantizer, words: [u64; C]) ->
     }
     let width = i64::from(q.format.magnitude_bits());
     if top == i64::MIN {
-        return (
-            Block {
-                m: [0; C],
-                frac: width - 1,
-            },
-            finite,
-        );
+        return (Block { m: [0; C], frac: width - 1 }, finite);
     }
     let lsb = top + 1 - width;
     let max = q.format.max_raw();

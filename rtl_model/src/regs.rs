@@ -191,10 +191,7 @@ impl Reg {
     /// The register of that stage and name, if there is one.
     #[must_use]
     pub fn find(stage: &str, name: &str) -> Option<Self> {
-        Self::ALL
-            .iter()
-            .copied()
-            .find(|reg| reg.info().stage == stage && reg.info().name == name)
+        Self::ALL.iter().copied().find(|reg| reg.info().stage == stage && reg.info().name == name)
     }
 }
 
@@ -277,10 +274,7 @@ impl Event {
     /// Position in [`Event::ALL`].
     #[must_use]
     #[inline(always)]
-    #[expect(
-        clippy::as_conversions,
-        reason = "a u8 discriminant widens without loss"
-    )]
+    #[expect(clippy::as_conversions, reason = "a u8 discriminant widens without loss")]
     pub const fn index(self) -> usize {
         self as usize
     }

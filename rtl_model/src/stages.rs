@@ -56,32 +56,20 @@ impl Roms {
             ("sqrt", tables.sqrt, 2, 3),
             ("log2", tables.log2, 2, 0),
         ] {
-            check(
-                name,
-                "entries",
-                spec.entries,
-                "a power of two from 2 to 4096",
-                |n| n.is_power_of_two() && (2..=4096).contains(&n),
-            )?;
-            check(name, "order", spec.order, "0, 1 or 2", |n| n <= max_order)?;
-            check(name, "frac", spec.frac, "2 to 28 bits", |n| {
-                (2..=28).contains(&n)
+            check(name, "entries", spec.entries, "a power of two from 2 to 4096", |n| {
+                n.is_power_of_two() && (2..=4096).contains(&n)
             })?;
+            check(name, "order", spec.order, "0, 1 or 2", |n| n <= max_order)?;
+            check(name, "frac", spec.frac, "2 to 28 bits", |n| (2..=28).contains(&n))?;
             let expected = if max_newton == 0 { "0" } else { "0 to 3 steps" };
             check(name, "newton", spec.newton, expected, |n| n <= max_newton)?;
         }
         let eigen = tables.eigen;
-        check(
-            "eigen",
-            "entries",
-            eigen.entries,
-            "an even number from 2 to 1024",
-            |n| n % 2 == 0 && (2..=1024).contains(&n),
-        )?;
-        check("eigen", "order", eigen.order, "0 or 1", |n| n <= 1)?;
-        check("eigen", "frac", eigen.frac, "4 to 28 bits", |n| {
-            (4..=28).contains(&n)
+        check("eigen", "entries", eigen.entries, "an even number from 2 to 1024", |n| {
+            n % 2 == 0 && (2..=1024).contains(&n)
         })?;
+        check("eigen", "order", eigen.order, "0 or 1", |n| n <= 1)?;
+        check("eigen", "frac", eigen.frac, "4 to 28 bits", |n| (4..=28).contains(&n))?;
         check("eigen", "newton", eigen.newton, "0", |n| n == 0)?;
         let rom = |name: &str, function, spec| {
             Rom::new(function, spec).ok_or_else(|| ConfigError {
@@ -185,8 +173,7 @@ impl<T: Tap> Sink<'_, T> {
         exponent: i64,
     ) -> i64 {
         self.flags.register(reg, over);
-        self.tap
-            .put(self.lane, reg, c, code, i64::from(q.format.frac) - exponent);
+        self.tap.put(self.lane, reg, c, code, i64::from(q.format.frac) - exponent);
         code
     }
 
@@ -217,11 +204,7 @@ pub(crate) fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
 /// a × b of one lane.
 #[inline(always)]
 pub(crate) fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Lane `i` of a vector of lanes.

@@ -59,11 +59,7 @@ pub fn to_half(word: u32) -> u16 {
     };
     // code counts LSBs: 1024…2048 for a normal number, and 2048 carries into the exponent.
     let exponent = u64::from((lsb + 24).unsigned_abs());
-    let bits = if lsb == -24 {
-        code
-    } else {
-        (exponent << 10) + code
-    };
+    let bits = if lsb == -24 { code } else { (exponent << 10) + code };
     u16::try_from(bits.min(u64::from(MAX))).unwrap_or(MAX)
 }
 
@@ -122,9 +118,7 @@ pub fn to_rgb9e5(words: [u32; 3]) -> ([u64; 3], i32) {
     // Mantissas are 0.9: value = m · 2^(exponent − 9), exponent = floor(log2 max) + 1 in −15…16.
     let quantize = |exponent: i32| {
         parts.map(|part| {
-            part.map_or(511, |(m, e)| {
-                nearest(m, e - (exponent - 9), true).unwrap_or(512)
-            })
+            part.map_or(511, |(m, e)| nearest(m, e - (exponent - 9), true).unwrap_or(512))
         })
     };
     let mut exponent = (max + 1).clamp(-15, 16);

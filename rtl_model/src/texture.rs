@@ -155,12 +155,7 @@ impl Texture {
         for size in sizes {
             let stride = size[0] + 2;
             let face_stride = stride * (size[1] + 2);
-            levels.push(Level {
-                size: *size,
-                offset: total,
-                stride,
-                face_stride,
-            });
+            levels.push(Level { size: *size, offset: total, stride, face_stride });
             total += faces * face_stride;
         }
         let mut wide = vec![[0i64; 4]; total];
@@ -189,14 +184,7 @@ impl Texture {
                 }
             }
         }
-        Ok(Self {
-            levels,
-            texels: if keep {
-                Texels::Half(half)
-            } else {
-                Texels::Wide(wide)
-            },
-        })
+        Ok(Self { levels, texels: if keep { Texels::Half(half) } else { Texels::Wide(wide) } })
     }
 
     /// The same texture with every texel decoded: slower or faster, never other bits.
@@ -212,10 +200,7 @@ impl Texture {
                 .collect(),
             Texels::Wide(wide) => wide.clone(),
         };
-        Self {
-            levels: self.levels.clone(),
-            texels: Texels::Wide(texels),
-        }
+        Self { levels: self.levels.clone(), texels: Texels::Wide(texels) }
     }
 
     /// Bytes of texel memory.
@@ -255,11 +240,7 @@ fn mean_wide(t: [[i64; 3]; 3]) -> [i64; 4] {
 fn mean_half(t: [[u16; 3]; 3]) -> [u16; 3] {
     let mean = |c: usize| {
         let sum = t.map(|t| texel::half_to_q24(t[c])).into_iter().sum::<i64>();
-        if t.iter().all(|h| h[c] == t[0][c]) {
-            t[0][c]
-        } else {
-            third_to_half(sum.cast_unsigned())
-        }
+        if t.iter().all(|h| h[c] == t[0][c]) { t[0][c] } else { third_to_half(sum.cast_unsigned()) }
     };
     [mean(0), mean(1), mean(2)]
 }

@@ -76,12 +76,7 @@ fn check_ranges(config: &Config) -> Result<(), ConfigError> {
 ///
 /// Four inner products may be wider: where they are multiplied they are split.
 fn has_narrow_products(config: &Config) -> bool {
-    const SPLIT: [Reg; 4] = [
-        Reg::JacNIdotDn,
-        Reg::JacPerpDotE,
-        Reg::JacVdotDn,
-        Reg::JacNdotDn,
-    ];
+    const SPLIT: [Reg; 4] = [Reg::JacNIdotDn, Reg::JacPerpDotE, Reg::JacVdotDn, Reg::JacNdotDn];
     // Factors that are doubled first.
     const DOUBLED: [Reg; 3] = [Reg::ReflectV, Reg::ReflectN, Reg::ReflectNdotV];
     let most = |reg: &Reg| if DOUBLED.contains(reg) { 30 } else { 31 };
@@ -103,20 +98,14 @@ impl Unit {
     /// Compiles a configuration; refuses by name what could not be exact inside.
     pub fn new(config: &Config, needs: Needs, face_size: u32) -> Result<Self, ConfigError> {
         Self::compile(config, needs, Reg::JacD, |config| {
-            Ok((
-                footprint::Cfg::new(config, face_size)?,
-                address::Cfg::new(config)?,
-            ))
+            Ok((footprint::Cfg::new(config, face_size)?, address::Cfg::new(config)?))
         })
     }
 
     /// The stages behind `surface_footprint` for a texture of `size` columns and rows.
     fn planar(config: &Config, size: [u32; 2]) -> Result<Self, ConfigError> {
         Self::compile(config, tex::NEEDS, Reg::SurfJac, |config| {
-            Ok((
-                footprint::Cfg::planar(config, size)?,
-                address::Cfg::planar(config)?,
-            ))
+            Ok((footprint::Cfg::planar(config, size)?, address::Cfg::planar(config)?))
         })
     }
 
@@ -151,25 +140,13 @@ impl Unit {
         Ok(Self {
             needs,
             roms: Roms::new(config)?,
-            frame: if needs.frame() {
-                Some(local_frame::Cfg::new(config)?)
-            } else {
-                None
-            },
-            bump: if needs.bump {
-                Some(bump::Cfg::new(config)?)
-            } else {
-                None
-            },
+            frame: if needs.frame() { Some(local_frame::Cfg::new(config)?) } else { None },
+            bump: if needs.bump { Some(bump::Cfg::new(config)?) } else { None },
             reflect: reflect::Cfg::new(config)?,
             face: cube_face::Cfg::new(config)?,
             normal: normal::Cfg::new(config, needs.bump)?,
             jacobian: jacobian::Cfg::new(config)?,
-            roughness: if needs.rough {
-                Some(roughness::Cfg::new(config)?)
-            } else {
-                None
-            },
+            roughness: if needs.rough { Some(roughness::Cfg::new(config)?) } else { None },
             covariance: covariance::Cfg::new(config, source, needs.rough)?,
             eigen: eigen::Cfg::new(config)?,
             footprint,

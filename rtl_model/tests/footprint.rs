@@ -27,11 +27,7 @@ static ROMS: OnceLock<Roms> = OnceLock::new();
 fn line(config: &Config, size: u32, lambda: [i64; 2], exp: i64, axis: [i64; 2]) -> Line {
     let cfg = footprint::Cfg::new(config, size).expect("a legal footprint");
     let roms = ROMS.get_or_init(|| Roms::new(&Config::default()).expect("the default tables"));
-    let axes = eigen::Out::<1> {
-        lambda: lambda.map(|l| [l]),
-        exp: [exp],
-        axis: axis.map(|a| [a]),
-    };
+    let axes = eigen::Out::<1> { lambda: lambda.map(|l| [l]), exp: [exp], axis: axis.map(|a| [a]) };
     let mut out = footprint::Out::<1>::default();
     let mut record = Record::default();
     let mut flags = [Flags::default()];
@@ -79,11 +75,7 @@ fn counts_turn_over_exactly_at_their_boundaries() {
     let mut turned = 0;
     for &count in Count::ALL {
         for max_probes in [1, 2, 3, 8, 12, 16, 33, 63, 64] {
-            let config = Config {
-                count,
-                max_probes,
-                ..Config::default()
-            };
+            let config = Config { count, max_probes, ..Config::default() };
             // With N = 2 and exponent 16 λ's codes are the codes of M and m.
             for width in [4096i64, 4097, 5000, 8191, 65536, 100_003] {
                 let mut lengths = vec![0, 1, width - 1, width, width + 1];
@@ -143,11 +135,7 @@ fn the_width_is_the_widest_of_minor_texel_and_cap_each_rounded_once() {
             Count::Pow2 => (1, 1 << config.max_probes.ilog2()),
             Count::Feline => (2, max + 1),
         };
-        let cap = limit(
-            round_ratio(i128::from(got.length) * p, q, format.rounding),
-            format,
-        )
-        .0;
+        let cap = limit(round_ratio(i128::from(got.length) * p, q, format.rounding), format).0;
         assert_eq!(i128::from(got.width), own.max(cap).max(4096), "case {case}");
         assert!(got.count >= 1 && i128::from(got.count) <= max);
         capped += usize::from(cap > own.max(4096));
@@ -158,33 +146,20 @@ fn the_width_is_the_widest_of_minor_texel_and_cap_each_rounded_once() {
 #[test]
 fn one_probe_at_most_means_one_probe_of_the_full_length() {
     for &count in Count::ALL {
-        let config = Config {
-            count,
-            max_probes: 1,
-            ..Config::default()
-        };
+        let config = Config { count, max_probes: 1, ..Config::default() };
         for length in [0, 1, 4096, 1 << 20, (1 << 30) - 1] {
             let got = line(&config, 2, [length, 0], 16, [1 << 20, 0]);
             assert_eq!(got.count, 1);
-            assert_eq!(
-                got.width,
-                length.max(4096),
-                "{count:?}: the width covers the line"
-            );
+            assert_eq!(got.width, length.max(4096), "{count:?}: the width covers the line");
         }
     }
 }
 
 #[test]
 fn a_limit_that_is_no_power_of_two_leaves_the_next_lower_power() {
-    let config = Config {
-        count: Count::Pow2,
-        max_probes: 12,
-        ..Config::default()
-    };
-    let counts: Vec<i64> = (0..20)
-        .map(|k| line(&config, 2, [k << 12, 4096], 16, [1 << 20, 0]).count)
-        .collect();
+    let config = Config { count: Count::Pow2, max_probes: 12, ..Config::default() };
+    let counts: Vec<i64> =
+        (0..20).map(|k| line(&config, 2, [k << 12, 4096], 16, [1 << 20, 0]).count).collect();
     assert_eq!(counts[..9], [1, 1, 2, 4, 4, 8, 8, 8, 8]);
     assert!(counts[9..].iter().all(|&c| c == 8));
 }

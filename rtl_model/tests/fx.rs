@@ -6,13 +6,7 @@ use common::{Rng, limit, round_ratio};
 use rtl_model::fx::{Format, Overflow, Quantizer, Rounding, block};
 
 fn format(signed: bool, int: u32, frac: u32, rounding: Rounding, overflow: Overflow) -> Format {
-    Format {
-        signed,
-        int,
-        frac,
-        rounding,
-        overflow,
-    }
+    Format { signed, int, frac, rounding, overflow }
 }
 
 #[test]
@@ -80,10 +74,7 @@ fn defined(x: i64, shift: i64, f: Format) -> (i64, bool) {
         round_ratio(x.into(), 1 << shift.min(66), f.rounding)
     };
     let (code, over) = limit(y, f);
-    (
-        i64::try_from(code).expect("a code of at most 58 bits"),
-        over,
-    )
+    (i64::try_from(code).expect("a code of at most 58 bits"), over)
 }
 
 #[test]
@@ -130,14 +121,8 @@ fn three_quarters_of_the_largest_sum_shifted_out_rounds_to_zero() {
     let f = format(true, 8, 8, Rounding::HalfEven, Overflow::Saturate);
     assert_eq!(Quantizer::new(f, 0).write_shifted(3 << 60, 63), (0, false));
     let f = format(true, 8, 8, Rounding::Floor, Overflow::Saturate);
-    assert_eq!(
-        Quantizer::new(f, 0).write_shifted(-(3 << 60), 63),
-        (-1, false)
-    );
-    assert_eq!(
-        Quantizer::new(f, 0).write_shifted(3 << 60, 1000),
-        (0, false)
-    );
+    assert_eq!(Quantizer::new(f, 0).write_shifted(-(3 << 60), 63), (-1, false));
+    assert_eq!(Quantizer::new(f, 0).write_shifted(3 << 60, 1000), (0, false));
 }
 
 #[test]
@@ -146,14 +131,7 @@ fn a_left_shift_takes_any_integer() {
         for signed in [false, true] {
             let f = format(signed, 20, 12, Rounding::HalfEven, overflow);
             let q = Quantizer::new(f, 0);
-            for x in [
-                i64::MIN,
-                i64::MIN + 1,
-                i64::MAX,
-                1 << 62,
-                -(1 << 62),
-                0x1234_5678_9abc,
-            ] {
+            for x in [i64::MIN, i64::MIN + 1, i64::MAX, 1 << 62, -(1 << 62), 0x1234_5678_9abc] {
                 for shift in -130..=0 {
                     assert_eq!(
                         q.write_shifted(x, shift),
@@ -169,13 +147,7 @@ fn a_left_shift_takes_any_integer() {
 #[test]
 fn write_uses_the_fraction_it_was_made_with() {
     for frac_in in 0..60 {
-        let f = format(
-            true,
-            10,
-            20,
-            Rounding::HalfAway,
-            Overflow::SaturateSymmetric,
-        );
+        let f = format(true, 10, 20, Rounding::HalfAway, Overflow::SaturateSymmetric);
         let q = Quantizer::new(f, frac_in);
         for x in [-1i64, 1, 12345, -54321, (1 << 40) + 3] {
             assert_eq!(q.write(x), defined(x, frac_in - 20, f));
@@ -201,10 +173,7 @@ fn a_block_fills_its_register_and_each_mantissa_is_within_half_an_lsb() {
             continue;
         }
         filled += 1;
-        assert!(
-            largest <= max && largest >= 1 << (width - 1),
-            "case {case}: {x:?} {out:?}"
-        );
+        assert!(largest <= max && largest >= 1 << (width - 1), "case {case}: {x:?} {out:?}");
         // One shift for all: m·2^shift stands for x.
         let shift = frac - out.frac;
         let nearest = !matches!(rounding, Rounding::Floor | Rounding::Zero);
@@ -222,10 +191,7 @@ fn a_block_fills_its_register_and_each_mantissa_is_within_half_an_lsb() {
             } else if nearest && !clamped {
                 assert!(2 * error <= lsb, "case {case}: {error} of {lsb}");
             } else {
-                assert!(
-                    error < lsb || (clamped && error == lsb),
-                    "case {case}: {error} of {lsb}"
-                );
+                assert!(error < lsb || (clamped && error == lsb), "case {case}: {error} of {lsb}");
             }
         }
     }

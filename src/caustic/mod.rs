@@ -78,11 +78,7 @@ pub fn photons(
         a.map(|c| c / length)
     };
     let forward = unit(to);
-    let up = if forward[1].abs() < 0.9 {
-        [0.0, 1.0, 0.0]
-    } else {
-        [1.0, 0.0, 0.0]
-    };
+    let up = if forward[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
     let right = unit(cross(forward, up));
     let down = cross(forward, right);
     let half = radius / (square - radius * radius).sqrt();
@@ -121,11 +117,7 @@ pub fn gather(
     photons: &[Photon],
     places: &[Option<(usize, [f64; 2])>],
 ) -> Caustic {
-    let mut out = Caustic {
-        map: LightMap::new(walls, TEXELS),
-        landed: 0,
-        power: [0.0; 3],
-    };
+    let mut out = Caustic { map: LightMap::new(walls, TEXELS), landed: 0, power: [0.0; 3] };
     for (photon, place) in photons.iter().zip(places) {
         let Some((wall, uv)) = place else { continue };
         out.landed += 1;
@@ -145,10 +137,7 @@ pub fn searched(
     photons: &[Photon],
     hits: &[Option<[f64; 3]>],
 ) -> Caustic {
-    let places: Vec<_> = hits
-        .iter()
-        .map(|hit| hit.and_then(|l| uv_map.place(l)))
-        .collect();
+    let places: Vec<_> = hits.iter().map(|hit| hit.and_then(|l| uv_map.place(l))).collect();
     gather(world.walls(), photons, &places)
 }
 
@@ -178,11 +167,7 @@ pub fn difference(a: &LightMap, b: &LightMap) -> f64 {
             }
         }
     }
-    if size > 0.0 {
-        (square / size).sqrt()
-    } else {
-        0.0
-    }
+    if size > 0.0 { (square / size).sqrt() } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -192,14 +177,8 @@ mod tests {
     use crate::scene::world::bodies::Ball;
     use crate::scene::world::built_in;
 
-    const LAMP: Lamp = Lamp {
-        position: [2.0, 2.0, 1.0],
-        power: [100.0, 80.0, 60.0],
-    };
-    const BALL: Ball = Ball {
-        centre: [0.5, -0.5, -1.0],
-        radius: 0.8,
-    };
+    const LAMP: Lamp = Lamp { position: [2.0, 2.0, 1.0], power: [100.0, 80.0, 60.0] };
+    const BALL: Ball = Ball { centre: [0.5, -0.5, -1.0], radius: 0.8 };
 
     #[test]
     fn a_caustic_holds_the_power_of_the_photons_that_hit() {
@@ -207,11 +186,7 @@ mod tests {
         let photons = photons(&LAMP, &BALL, (BALL.centre, BALL.radius), 1.3);
         // The inscribed circle of the square: π/4 of 4096, to a texel's width along its edge.
         let disc = PI / 4.0 * 4096.0;
-        assert!(
-            (photons.len() as f64 - disc).abs() < PI * 64.0,
-            "{}",
-            photons.len()
-        );
+        assert!((photons.len() as f64 - disc).abs() < PI * 64.0, "{}", photons.len());
         let caustic = traced(&world, &photons);
         assert_eq!(caustic.landed, photons.len(), "a room has no hole");
         let sent: f64 = photons.iter().map(|p| p.power[0]).sum();
@@ -223,10 +198,7 @@ mod tests {
         let to = [0, 1, 2].map(|i| BALL.centre[i] - LAMP.position[i]);
         let sine2 = BALL.radius * BALL.radius / dot(to, to);
         let whole = LAMP.power[0] * (1.0 - (1.0 - sine2).sqrt()) / 2.0;
-        assert!(
-            sent < whole * (1.0 + 4.0 / 64.0) && sent > 0.85 * whole,
-            "{sent} of {whole}"
-        );
+        assert!(sent < whole * (1.0 + 4.0 / 64.0) && sent > 0.85 * whole, "{sent} of {whole}");
     }
 
     #[test]
@@ -236,17 +208,10 @@ mod tests {
         let photons = photons(&LAMP, &BALL, (BALL.centre, BALL.radius), 1.3);
         let hits: Vec<_> = photons
             .iter()
-            .map(|p| {
-                world
-                    .look(p.fragment.x, p.fragment.r)
-                    .map(|sight| sight.point)
-            })
+            .map(|p| world.look(p.fragment.x, p.fragment.r).map(|sight| sight.point))
             .collect();
         let caustic = searched(&world, &impostor.walls, &photons, &hits);
-        assert!(
-            caustic.landed * 100 > photons.len() * 98,
-            "edges between walls lose some"
-        );
+        assert!(caustic.landed * 100 > photons.len() * 98, "edges between walls lose some");
         let apart = difference(&caustic.map, &traced(&world, &photons).map);
         // Between texels of one wall the place is interpolated on a projective map: off by an eighth of its second
         // derivative, (2/128)²/8 of some metres, far below σ; the walls' edges lose a few photons.

@@ -45,12 +45,7 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) bump: Option<PathBuf>,
     /// Texels per unit of height (white) of a height map; a 64th of its width if not given.
-    #[arg(
-        long,
-        value_name = "TEXELS",
-        requires = "bump",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "TEXELS", requires = "bump", allow_negative_numbers = true)]
     pub(super) bump_scale: Option<f64>,
     /// Texels along an edge of the cube map.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -59,20 +54,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size, allow_hyphen_values = true)]
     pub(super) size: (usize, usize),
     /// Exposure in stops for PNG files and for the metrics.
-    #[arg(
-        long,
-        value_name = "STOPS",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(super) exposure: f64,
     /// Largest image to read, in MiB of pixels.
-    #[arg(
-        long,
-        value_name = "MIB",
-        default_value_t = 512,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "MIB", default_value_t = 512, allow_negative_numbers = true)]
     pub(super) max_image_mb: u64,
     /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
     #[arg(long, value_name = "FILE")]
@@ -150,10 +135,7 @@ impl SceneArgs {
             }
             _ => (text, None),
         };
-        let options = LoadOptions {
-            max_image_mb: self.max_image_mb,
-            face_size: None,
-        };
+        let options = LoadOptions { max_image_mb: self.max_image_mb, face_size: None };
         let (cube, cleaned) = load_distance(Path::new(file), channel, &options)?;
         if let Some(note) = cleaned.note(file) {
             super::note(&note);
@@ -166,12 +148,7 @@ impl SceneArgs {
 #[derive(Clone, Debug, Args)]
 pub(super) struct RunArgs {
     /// Threads; 0 takes all cores.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     pub(super) threads: usize,
     /// Axis of the float reference where the unit's comes from the table.
     #[arg(long, value_enum, default_value_t = ReferenceAxis::Exact)]
@@ -227,17 +204,14 @@ pub(super) fn threads(threads: usize) -> Result<(), InputError> {
         ));
     }
     if threads > 0 {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .map_err(|e| {
-                InputError::new(
-                    "--threads",
-                    "a number of threads that can be started",
-                    e.to_string(),
-                    "ask for fewer",
-                )
-            })?;
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| {
+            InputError::new(
+                "--threads",
+                "a number of threads that can be started",
+                e.to_string(),
+                "ask for fewer",
+            )
+        })?;
     }
     Ok(())
 }

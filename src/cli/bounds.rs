@@ -18,11 +18,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Bound, InputError> {
         .and_then(|(pair, limit)| {
             let (a, b) = pair.split_once(':')?;
             let limit = limit.parse::<f64>().ok().filter(|x| x.is_finite())?;
-            Some(Bound {
-                a: rung(a)?,
-                b: rung(b)?,
-                limit,
-            })
+            Some(Bound { a: rung(a)?, b: rung(b)?, limit })
         })
         .ok_or_else(|| {
             InputError::new(

@@ -72,17 +72,10 @@ fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failur
         Some(name) => {
             let subject = env_scene(args, spec, name)?;
             let count = subject.scene.fragments.len();
-            (
-                budget::scene(spec, &subject)?,
-                format!("{count} fragments of {name}"),
-            )
+            (budget::scene(spec, &subject)?, format!("{count} fragments of {name}"))
         }
     };
-    let certified = if args.quick {
-        Vec::new()
-    } else {
-        certify(spec)?
-    };
+    let certified = if args.quick { Vec::new() } else { certify(spec)? };
     if !target.takes_stdout() {
         print(spec, (args.seed, &cases), &rows, &certified)?;
     }
@@ -113,20 +106,12 @@ fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failur
         .iter()
         .filter(|r| r.verdict() == Verdict::Exceeded)
         .map(|r| format!("{}.{}", r.stage.name(), r.name))
-        .chain(
-            certified
-                .iter()
-                .filter(|c| !c.holds())
-                .map(|c| c.name.clone()),
-        )
+        .chain(certified.iter().filter(|c| !c.holds()).map(|c| c.name.clone()))
         .collect();
     if broken.is_empty() {
         Ok(())
     } else {
-        Err(Failure::Disagrees(format!(
-            "beyond the bound: {}",
-            broken.join(", ")
-        )))
+        Err(Failure::Disagrees(format!("beyond the bound: {}", broken.join(", "))))
     }
 }
 
@@ -162,15 +147,8 @@ fn print(
         ]);
     }
     writeln!(out, "{table}")?;
-    let vacuous = rows
-        .iter()
-        .filter(|r| r.verdict() == Verdict::Vacuous)
-        .count();
-    writeln!(
-        out,
-        "{} registers, {vacuous} with a vacuous bound\n",
-        rows.len()
-    )?;
+    let vacuous = rows.iter().filter(|r| r.verdict() == Verdict::Vacuous).count();
+    writeln!(out, "{} registers, {vacuous} with a vacuous bound\n", rows.len())?;
     if certified.is_empty() {
         return Ok(());
     }

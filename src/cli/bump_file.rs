@@ -25,10 +25,7 @@ pub(super) fn load(
             "leave it out for a 64th of the map's width",
         ));
     }
-    let options = LoadOptions {
-        max_image_mb,
-        face_size: None,
-    };
+    let options = LoadOptions { max_image_mb, face_size: None };
     let mut image = load_planar(path, &options)?;
     let colour = image.colour(&subject)?;
     let (width, height) = (image.width, image.height);
@@ -62,22 +59,12 @@ pub(super) fn load(
     }
     let signed = [r, g, b].into_iter().flatten().any(|x| *x < 0.0);
     let decode = |x: f32| if signed { x } else { 2.0 * x - 1.0 };
-    let values = r
-        .iter()
-        .zip(g)
-        .zip(b)
-        .map(|((r, g), b)| [decode(*r), decode(*g), decode(*b)])
-        .collect();
+    let values =
+        r.iter().zip(g).zip(b).map(|((r, g), b)| [decode(*r), decode(*g), decode(*b)]).collect();
     if scale.is_some() {
-        super::note(&format!(
-            "{subject}: holds normals, so --bump-scale has no effect"
-        ));
+        super::note(&format!("{subject}: holds normals, so --bump-scale has no effect"));
     }
-    let source = BumpSource::Normals {
-        width,
-        height,
-        values,
-    };
+    let source = BumpSource::Normals { width, height, values };
     tell(&subject, &source)?;
     Ok(source)
 }

@@ -77,10 +77,7 @@ pub(super) struct Results {
 
 impl Results {
     pub(super) fn get(&self, rung: Rung) -> Option<&Rendering> {
-        self.renderings
-            .iter()
-            .find(|(r, _)| *r == rung)
-            .map(|(_, r)| r)
+        self.renderings.iter().find(|(r, _)| *r == rung).map(|(_, r)| r)
     }
 
     /// Compares two engines that ran, unless that is done already.
@@ -98,11 +95,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     refuse_sampler(&args.scene, &args.engines)?;
-    let Chosen {
-        rungs,
-        skipped,
-        gpu,
-    } = choose(&args.engines, &args.run.adapter)?;
+    let Chosen { rungs, skipped, gpu } = choose(&args.engines, &args.run.adapter)?;
     let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &rungs)?;
     let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &rungs)?;
     let spec = args.unit.load()?;
@@ -127,11 +120,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let origin = Origin::new(&spec);
     let mut results = render_all(args, &rungs, &spec, &settings, &job, gpu)?;
     results.skipped.extend(skipped);
-    for (a, b) in min_psnr
-        .iter()
-        .chain(&max_lsb8)
-        .map(|bound| (bound.a, bound.b))
-    {
+    for (a, b) in min_psnr.iter().chain(&max_lsb8).map(|bound| (bound.a, bound.b)) {
         results.pair(a, b, args.scene_args.exposure)?;
     }
     let value = to_json(args, &origin, &spec, &job, &results);
@@ -174,26 +163,16 @@ fn choose(asked: &[Rung], adapter: &AdapterArgs) -> Result<Chosen, InputError> {
             Ok(open) => gpu = Some(open),
             Err(error) if asked.is_empty() && !adapter.is_named() => {
                 rungs.retain(|r| *r != Rung::Gpu);
-                skipped.push(Skipped {
-                    rung: Rung::Gpu,
-                    why: error.found,
-                });
+                skipped.push(Skipped { rung: Rung::Gpu, why: error.found });
             }
             Err(error) => return Err(error),
         }
     }
-    Ok(Chosen {
-        rungs,
-        skipped,
-        gpu,
-    })
+    Ok(Chosen { rungs, skipped, gpu })
 }
 
 fn parse_bounds(name: &str, texts: &[String], rungs: &[Rung]) -> Result<Vec<Bound>, InputError> {
-    let bounds = texts
-        .iter()
-        .map(|t| bounds::parse(name, t))
-        .collect::<Result<Vec<_>, _>>()?;
+    let bounds = texts.iter().map(|t| bounds::parse(name, t)).collect::<Result<Vec<_>, _>>()?;
     for bound in &bounds {
         for rung in [bound.a, bound.b] {
             if !rungs.contains(&rung) {
@@ -217,11 +196,7 @@ fn render_all(
     job: &Job,
     gpu: Option<Gpu>,
 ) -> Result<Results, Failure> {
-    let rtl = if rungs.contains(&Rung::Rtl) {
-        Some(job.rtl(spec)?)
-    } else {
-        None
-    };
+    let rtl = if rungs.contains(&Rung::Rtl) { Some(job.rtl(spec)?) } else { None };
     let options = TruthOptions {
         samples: args.samples,
         max_samples: args.samples.saturating_mul(4),
@@ -236,9 +211,7 @@ fn render_all(
         let rendering = match (rung, &rtl) {
             (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
             (Rung::Gpu | Rung::Sampler, _) => {
-                let made = gpu
-                    .as_ref()
-                    .map(|gpu| job.render_on(gpu, *rung, settings, &progress));
+                let made = gpu.as_ref().map(|gpu| job.render_on(gpu, *rung, settings, &progress));
                 match made.transpose() {
                     Ok(rendering) => rendering,
                     // What the device cannot do is no reason to give up the others, unless it was named.
@@ -280,15 +253,8 @@ fn render_all(
     let ran: Vec<Rung> = renderings.iter().map(|(rung, _)| *rung).collect();
     let caustics = job.caustics(&ran, rtl.as_ref(), gpu.as_ref(), settings);
     let caustics = caustics.map_err(InputError::from)?;
-    let mut results = Results {
-        renderings,
-        pairs: Vec::new(),
-        registers,
-        stages,
-        caustics,
-        skipped,
-        adapter,
-    };
+    let mut results =
+        Results { renderings, pairs: Vec::new(), registers, stages, caustics, skipped, adapter };
     for (a, b) in neighbours {
         results.pair(a, b, args.scene_args.exposure)?;
     }
@@ -328,9 +294,5 @@ fn judge(results: &Results, min_psnr: &[Bound], max_lsb8: &[Bound]) -> Result<()
             ));
         }
     }
-    if broken.is_empty() {
-        Ok(())
-    } else {
-        Err(Failure::Disagrees(broken.join("; ")))
-    }
+    if broken.is_empty() { Ok(()) } else { Err(Failure::Disagrees(broken.join("; "))) }
 }

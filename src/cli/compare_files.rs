@@ -57,11 +57,7 @@ impl OutFiles {
         Ok(Self {
             engines,
             maps,
-            row: if both {
-                Some(file("row.png".into())?)
-            } else {
-                None
-            },
+            row: if both { Some(file("row.png".into())?) } else { None },
             extra: pictures,
             report: file("report.html".into())?,
             folder: made,
@@ -110,11 +106,8 @@ impl OutFiles {
             };
             let map = error_map(&ra.picture, &rb.picture, exposure)?;
             let name = format!("{}-{}", a.name(), b.name());
-            let bytes = png(
-                &map,
-                0.0,
-                &origin.attributes(&format!("{}, difference {name}", args.scene)),
-            )?;
+            let bytes =
+                png(&map, 0.0, &origin.attributes(&format!("{}, difference {name}", args.scene)))?;
             done.push(put(file, &bytes)?);
             images.push((name, bytes));
         }
@@ -122,14 +115,7 @@ impl OutFiles {
             (self.row, results.get(Rung::Rtl), results.get(Rung::F64))
         {
             let map = error_map(&a.picture, &b.picture, exposure)?;
-            let row = mosaic(
-                &[
-                    (&a.picture, "rtl"),
-                    (&b.picture, "f64"),
-                    (&map, "difference"),
-                ],
-                8,
-            );
+            let row = mosaic(&[(&a.picture, "rtl"), (&b.picture, "f64"), (&map, "difference")], 8);
             let bytes = png(&row, exposure, &origin.attributes(&args.scene))?;
             done.push(put(file, &bytes)?);
         }

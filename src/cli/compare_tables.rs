@@ -23,18 +23,11 @@ fn per(total: u64, parts: usize) -> f64 {
 }
 
 fn flags(results: &Results) -> BTreeMap<String, u64> {
-    results
-        .get(Rung::Rtl)
-        .map(|r| r.flags.clone())
-        .unwrap_or_default()
+    results.get(Rung::Rtl).map(|r| r.flags.clone()).unwrap_or_default()
 }
 
 fn compared(errors: &RegisterErrors) -> impl Iterator<Item = (Reg, &RegisterError)> {
-    Reg::ALL
-        .iter()
-        .copied()
-        .zip(&errors.registers)
-        .filter(|(_, e)| e.count > 0)
+    Reg::ALL.iter().copied().zip(&errors.registers).filter(|(_, e)| e.count > 0)
 }
 
 /// The results as `--json` writes them and the report shows them.
@@ -49,15 +42,7 @@ pub(super) fn to_json(
     let fragments = job.fragments();
     root.insert("scene".into(), json!(args.scene));
     root.insert("size".into(), json!(job.size()));
-    root.insert(
-        "env".into(),
-        json!(
-            args.scene_args
-                .env
-                .as_ref()
-                .map(|p| p.display().to_string())
-        ),
-    );
+    root.insert("env".into(), json!(args.scene_args.env.as_ref().map(|p| p.display().to_string())));
     root.insert("face_size".into(), json!(job.map().size()));
     root.insert("fragments".into(), json!(fragments));
     root.insert("unit".into(), unit_json(spec));
@@ -88,20 +73,14 @@ pub(super) fn to_json(
         let tiles = r.texture_use.as_ref().map(|u| &u.tiles);
         if let (Some(tiles), Some(map)) = (tiles.filter(|t| !t.is_empty()), engine.as_object_mut())
         {
-            let by: Vec<Value> = tiles
-                .iter()
-                .map(|t| json!({"total": t.total(), "by_level": t.counts()}))
-                .collect();
+            let by: Vec<Value> =
+                tiles.iter().map(|t| json!({"total": t.total(), "by_level": t.counts()})).collect();
             map.insert("tiles".into(), json!(by));
         }
         engines.insert(rung.name().into(), engine);
     }
     root.insert("engines".into(), Value::Object(engines));
-    let pairs = results
-        .pairs
-        .iter()
-        .map(|(a, b, p)| p.to_json(a.name(), b.name()))
-        .collect();
+    let pairs = results.pairs.iter().map(|(a, b, p)| p.to_json(a.name(), b.name())).collect();
     root.insert("pairs".into(), Value::Array(pairs));
     let rows = results.registers.iter().flat_map(|errors| {
         compared(errors).map(|(reg, e)| {
@@ -117,11 +96,8 @@ pub(super) fn to_json(
     if let Some(caustics) = &results.caustics {
         root.insert("caustic".into(), caustic_json(caustics));
     }
-    let skipped = results
-        .skipped
-        .iter()
-        .map(|s| json!({"engine": s.rung.name(), "why": s.why}))
-        .collect();
+    let skipped =
+        results.skipped.iter().map(|s| json!({"engine": s.rung.name(), "why": s.why})).collect();
     root.insert("skipped".into(), Value::Array(skipped));
     root.insert("adapter".into(), json!(results.adapter));
     Value::Object(root)
@@ -181,10 +157,8 @@ fn print_caustic(out: &mut impl std::io::Write, caustics: &Caustics) -> Result<(
         ("RMS from the next (%)", Align::Right),
     ]);
     for (i, (rung, caustic)) in caustics.by.iter().enumerate() {
-        let apart = caustics
-            .by
-            .get(i + 1)
-            .map(|(_, next)| 100.0 * difference(&caustic.map, &next.map));
+        let apart =
+            caustics.by.get(i + 1).map(|(_, next)| 100.0 * difference(&caustic.map, &next.map));
         table.row([
             rung.name().to_string(),
             format!("{} of {}", caustic.landed, caustics.photons),
@@ -254,11 +228,7 @@ fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(
         d.stage.name(),
         d.register
     )?;
-    for (name, values) in [
-        ("gpu", &d.gpu),
-        ("f64", &d.f64),
-        ("tolerance", &d.tolerance),
-    ] {
+    for (name, values) in [("gpu", &d.gpu), ("f64", &d.f64), ("tolerance", &d.tolerance)] {
         writeln!(out, "  {name:9} {values:?}")?;
     }
     if let Some(rtl) = &d.rtl {
@@ -281,11 +251,8 @@ fn print_searches(out: &mut impl std::io::Write, results: &Results) -> Result<()
         let Some(searches) = &r.searches else {
             continue;
         };
-        let status: Vec<String> = searches
-            .status
-            .iter()
-            .map(|(name, n)| format!("{name} {}", count(*n)))
-            .collect();
+        let status: Vec<String> =
+            searches.status.iter().map(|(name, n)| format!("{name} {}", count(*n))).collect();
         table.row([
             rung.name().to_string(),
             significant(searches.look_ups(), 3),
@@ -310,11 +277,8 @@ pub(super) fn print_tables(
     use std::io::Write as _;
     let mut out = std::io::stdout().lock();
     let fragments = job.fragments();
-    let env = args
-        .scene_args
-        .env
-        .as_ref()
-        .map_or(job.environment().into(), |p| p.display().to_string());
+    let env =
+        args.scene_args.env.as_ref().map_or(job.environment().into(), |p| p.display().to_string());
     let size = job.map().size();
     let [width, height] = job.size();
     writeln!(
@@ -381,11 +345,7 @@ pub(super) fn print_tables(
         print_caustic(&mut out, caustics)?;
     }
     if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
-        writeln!(
-            out,
-            "truth: RMS standard error {} (linear)",
-            significant(error, 3)
-        )?;
+        writeln!(out, "truth: RMS standard error {} (linear)", significant(error, 3))?;
     }
     if let Some(errors) = &results.registers {
         let mut table = Table::new(&[

@@ -126,9 +126,7 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
             let pixels = to_u64(options.width * options.height);
             let bar = Bar::new(&format!("{} {}", pair.name, variant.label), pixels);
             let maps = (floor.as_ref(), &sky);
-            both.push(tiles::render(variant, &spec, &options, maps, &|n| {
-                bar.add(n)
-            })?);
+            both.push(tiles::render(variant, &spec, &options, maps, &|n| bar.add(n))?);
         }
         let first = both.first().map_or(1, |t| t.tiles()[0]).max(1) as f64;
         let note_first = pair.variants[0].note;
@@ -210,12 +208,7 @@ fn side_by_side(pair: &tiles::Comparison, both: &[tiles::Taken]) -> Picture {
         }
     }
     for taken in both {
-        if let Some(first) = taken
-            .rendering
-            .texture_use
-            .as_ref()
-            .and_then(|u| u.tiles.first())
-        {
+        if let Some(first) = taken.rendering.texture_use.as_ref().and_then(|u| u.tiles.first()) {
             shown.push((first.picture(), format!("{} tiles", taken.tiles()[0])));
         }
     }

@@ -67,10 +67,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(Action::Extremes(args)) = &args.action {
         return conform_extremes::run(args);
     }
-    let suites: Vec<Suite> = Suite::all()
-        .into_iter()
-        .filter(|suite| matches(&args.suite, &suite.name()))
-        .collect();
+    let suites: Vec<Suite> =
+        Suite::all().into_iter().filter(|suite| matches(&args.suite, &suite.name())).collect();
     if suites.is_empty() {
         return Err(InputError::new(
             "--suite",
@@ -228,12 +226,7 @@ fn report(
                 "index": failure.index, "engine": failure.engine.name(), "stage": failure.difference.stage.name(),
                 "field": failure.difference.field, "folder": folder.display().to_string(),
             });
-            table.row([
-                name,
-                outcome.cases.to_string(),
-                outcome.failed.to_string(),
-                place,
-            ]);
+            table.row([name, outcome.cases.to_string(), outcome.failed.to_string(), place]);
         }
         rows.push(row);
     }
@@ -302,10 +295,7 @@ fn keep(folder: &Path, suite: &Suite, failure: &run::Failure, seed: u64) -> Resu
     let (index, name) = (failure.index, suite.name());
     write("unit.toml", file::to_toml(&spec))?;
     write("case.jsonl", format!("{}\n", line(&original, &output)))?;
-    write(
-        "minimised.jsonl",
-        format!("{}\n", line(&failure.input, &failure.output)),
-    )?;
+    write("minimised.jsonl", format!("{}\n", line(&failure.input, &failure.output)))?;
     write(
         "replay.txt",
         format!(

@@ -40,12 +40,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let jumps = study::jumps(&spec, args.pairs.max(1))?;
     let mut out = std::io::stdout().lock();
     let origin = Origin::new(&spec);
-    writeln!(
-        out,
-        "tapline {}, unit {}\n",
-        env!("CARGO_PKG_VERSION"),
-        origin.unit_hash
-    )?;
+    writeln!(out, "tapline {}, unit {}\n", env!("CARGO_PKG_VERSION"), origin.unit_hash)?;
     for (title, rows) in &rows {
         print_rows(&mut out, title, rows)?;
     }
@@ -60,10 +55,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 
 fn print_rows(out: &mut impl std::io::Write, title: &str, rows: &[Row]) -> Result<(), Failure> {
     writeln!(out, "### {title}\n")?;
-    writeln!(
-        out,
-        "| row | the paper's formulas in doubles | rtl | f64 | flags of rtl |"
-    )?;
+    writeln!(out, "| row | the paper's formulas in doubles | rtl | f64 | flags of rtl |")?;
     writeln!(out, "|---|---|---|---|---|")?;
     let cell = |text: &str| text.replace('|', "\\|");
     for row in rows {
@@ -106,21 +98,11 @@ fn print_thin(out: &mut impl std::io::Write, thin: &[Thin]) -> Result<(), Failur
 }
 
 fn print_jumps(out: &mut impl std::io::Write, jumps: &[Jump]) -> Result<(), Failure> {
-    writeln!(
-        out,
-        "| between the two | pairs | rtl: worst, mean | f64: worst, mean |"
-    )?;
+    writeln!(out, "| between the two | pairs | rtl: worst, mean | f64: worst, mean |")?;
     writeln!(out, "|---|--:|--:|--:|")?;
     for j in jumps {
         let pair = |[worst, mean]: [f64; 2]| format!("{worst:.2}, {mean:.3}");
-        writeln!(
-            out,
-            "| {} | {} | {} | {} |",
-            j.name,
-            j.pairs,
-            pair(j.rtl),
-            pair(j.f64)
-        )?;
+        writeln!(out, "| {} | {} | {} | {} |", j.name, j.pairs, pair(j.rtl), pair(j.f64))?;
     }
     Ok(())
 }
@@ -142,27 +124,12 @@ fn draw(folder: &Path, thin: &[Thin], origin: &Origin) -> Result<(), Failure> {
         curve("32 ENTRIES", 1, &|t| t.displacement[1]),
     ];
     for (name, title, curves) in [
-        (
-            "lambda2",
-            "LAMBDA 2: RELATIVE ERROR, WORST OF ALL ANGLES",
-            &minor[..],
-        ),
-        (
-            "axis",
-            "END OF THE LINE: DISPLACEMENT IN WIDTHS OF A PROBE",
-            &axis[..],
-        ),
+        ("lambda2", "LAMBDA 2: RELATIVE ERROR, WORST OF ALL ANGLES", &minor[..]),
+        ("axis", "END OF THE LINE: DISPLACEMENT IN WIDTHS OF A PROBE", &axis[..]),
     ] {
         let picture = log_log(title, "LAMBDA 1 / LAMBDA 2", curves, 560, 340);
         let file = WholeFile::create(folder.join(format!("{name}.png")))?;
-        write_picture(
-            file,
-            Kind::Png,
-            &picture,
-            0.0,
-            &origin.attributes(name),
-            Sample::Float,
-        )?;
+        write_picture(file, Kind::Png, &picture, 0.0, &origin.attributes(name), Sample::Float)?;
     }
     Ok(())
 }

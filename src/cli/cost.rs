@@ -53,19 +53,10 @@ enum Action {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
         Action::Show { cost } => {
-            write!(
-                std::io::stdout(),
-                "{}",
-                CostModel::load(cost.as_deref())?.to_toml()
-            )?;
+            write!(std::io::stdout(), "{}", CostModel::load(cost.as_deref())?.to_toml())?;
             Ok(())
         }
-        Action::Unit {
-            scene,
-            cost,
-            json,
-            unit,
-        } => {
+        Action::Unit { scene, cost, json, unit } => {
             let operation = operation(scene)?;
             let model = CostModel::load(cost.as_deref())?;
             let spec = unit.load()?;
@@ -109,13 +100,7 @@ fn numbers(model: &CostModel, parts: &Parts) -> [f64; 5] {
     let bits = [parts.rom_bits, parts.register_bits].map(|n| n as f64);
     #[expect(clippy::cast_precision_loss, reason = "counts")]
     let multipliers = parts.multiplier_count() as f64;
-    [
-        multipliers,
-        parts.logic(&model.cells),
-        bits[0],
-        bits[1],
-        parts.gates(&model.cells),
-    ]
+    [multipliers, parts.logic(&model.cells), bits[0], bits[1], parts.gates(&model.cells)]
 }
 
 /// A sheet for people.
@@ -167,11 +152,7 @@ fn sheet_json(model: &CostModel, sheet: &Sheet) -> serde_json::Map<String, Value
             "rounding_bits": parts.rounding_bits, "muxes": parts.muxes, "zero_count_bits": parts.zero_count_bits,
             "rom_bits": rom, "register_bits": registers, "logic_gates": logic, "gates": gates})
     };
-    let stages: Vec<Value> = sheet
-        .stages
-        .iter()
-        .map(|(s, p)| parts(s.name(), p))
-        .collect();
+    let stages: Vec<Value> = sheet.stages.iter().map(|(s, p)| parts(s.name(), p)).collect();
     let mut out = serde_json::Map::new();
     out.insert("stages".into(), json!(stages));
     out.insert("total".into(), parts("all", &sheet.total()));

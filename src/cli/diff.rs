@@ -31,12 +31,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Exposure in stops.
-    #[arg(
-        long,
-        value_name = "STOPS",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f64,
     /// Largest image to read, in MiB of pixels.
     #[arg(long, value_name = "MIB", default_value_t = 512)]
@@ -59,10 +54,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )
         .into());
     }
-    let is_result = |path: &Path| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-    };
+    let is_result = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     if is_result(&args.a) || is_result(&args.b) {
         return results(args);
     }
@@ -79,8 +71,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         writeln!(
             out,
             "PSNR {}, max {} 8-bit steps at {},{}, RMS {} steps, relative MSE {}, {} % of pixels more than one step off",
-            pair.psnr_db
-                .map_or("identical".into(), |db| format!("{} dB", fixed(db, 2))),
+            pair.psnr_db.map_or("identical".into(), |db| format!("{} dB", fixed(db, 2))),
             significant(pair.max_lsb8, 3),
             pair.worst_pixel[0],
             pair.worst_pixel[1],
@@ -91,10 +82,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some((kind, file)) = map_file {
         let map = error_map(&a, &b, args.exposure)?;
-        let attributes = [(
-            "software".to_string(),
-            format!("tapline {}", env!("CARGO_PKG_VERSION")),
-        )];
+        let attributes =
+            [("software".to_string(), format!("tapline {}", env!("CARGO_PKG_VERSION")))];
         write_picture(file, kind, &map, 0.0, &attributes, Sample::Half)?;
     }
     let (name_a, name_b) = (args.a.display().to_string(), args.b.display().to_string());
@@ -111,10 +100,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 
 /// Two result files: nothing of what concerns pictures applies.
 fn results(args: &Args) -> Result<(), Failure> {
-    for (flag, given) in [
-        ("--out", args.out.is_some()),
-        ("--min-psnr", args.min_psnr.is_some()),
-    ] {
+    for (flag, given) in [("--out", args.out.is_some()), ("--min-psnr", args.min_psnr.is_some())] {
         if given {
             return Err(InputError::new(
                 flag,
@@ -130,10 +116,7 @@ fn results(args: &Args) -> Result<(), Failure> {
 
 fn load(path: &Path, max_image_mb: u64) -> Result<Picture, InputError> {
     let subject = path.display().to_string();
-    let options = LoadOptions {
-        max_image_mb,
-        face_size: None,
-    };
+    let options = LoadOptions { max_image_mb, face_size: None };
     let image = load_planar(path, &options)?;
     let indices = match image.colour(&subject)? {
         Colour::Rgb(rgb) => rgb,

@@ -78,12 +78,7 @@ pub(super) fn run(a: &Path, b: &Path, target: JsonTarget) -> Result<(), Failure>
         if table.is_empty() {
             writeln!(out, "no difference in {} figures", rows.len())?;
         } else {
-            writeln!(
-                out,
-                "{table}\n{} of {} figures differ",
-                differing.len(),
-                rows.len()
-            )?;
+            writeln!(out, "{table}\n{} of {} figures differ", differing.len(), rows.len())?;
         }
     }
     let list: Vec<Value> = rows
@@ -112,9 +107,7 @@ fn load(path: &Path) -> Result<Map<String, Value>, InputError> {
             "name two of them, or two pictures",
         )
     };
-    let size = std::fs::metadata(path)
-        .map_err(|e| wrong(e.to_string()))?
-        .len();
+    let size = std::fs::metadata(path).map_err(|e| wrong(e.to_string()))?.len();
     if size > MAX_BYTES {
         return Err(wrong(format!("{size} bytes")));
     }
@@ -134,7 +127,7 @@ fn load(path: &Path) -> Result<Map<String, Value>, InputError> {
             if entry_name(list, entry).is_none() {
                 let place = format!("{}[{i}]", list.key);
                 return Err(
-                    wrong(format!("an entry without `{}`", list.names.join("`, `"))).at(place),
+                    wrong(format!("an entry without `{}`", list.names.join("`, `"))).at(place)
                 );
             }
         }
@@ -143,11 +136,8 @@ fn load(path: &Path) -> Result<Map<String, Value>, InputError> {
 }
 
 fn entry_name(list: &List, entry: &Value) -> Option<String> {
-    let parts: Option<Vec<&str>> = list
-        .names
-        .iter()
-        .map(|key| entry.get(key).and_then(Value::as_str))
-        .collect();
+    let parts: Option<Vec<&str>> =
+        list.names.iter().map(|key| entry.get(key).and_then(Value::as_str)).collect();
     Some(parts?.join(list.joint))
 }
 
@@ -172,18 +162,12 @@ fn rows(files: &[Map<String, Value>; 2]) -> Vec<Row> {
     }
     for list in LISTS {
         let entries = [0, 1].map(|i| {
-            files[i]
-                .get(list.key)
-                .and_then(Value::as_array)
-                .map_or(&[][..], Vec::as_slice)
+            files[i].get(list.key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice)
         });
         let named = entries.map(|e| e.iter().filter_map(|entry| entry_name(list, entry)));
         for name in union(named) {
-            let find = |i: usize| {
-                entries[i]
-                    .iter()
-                    .find(|e| entry_name(list, e).as_ref() == Some(&name))
-            };
+            let find =
+                |i: usize| entries[i].iter().find(|e| entry_name(list, e).as_ref() == Some(&name));
             for figure in list.figures {
                 let at = |i: usize| find(i).and_then(|e| e.get(figure));
                 add(list.key, &name, figure, [at(0), at(1)]);
@@ -201,11 +185,7 @@ fn rows(files: &[Map<String, Value>; 2]) -> Vec<Row> {
 /// The names of the first, then those that only the second has.
 fn union<I: Iterator<Item = String>>(names: [I; 2]) -> Vec<String> {
     let mut seen = BTreeSet::new();
-    names
-        .into_iter()
-        .flatten()
-        .filter(|n| seen.insert(n.clone()))
-        .collect()
+    names.into_iter().flatten().filter(|n| seen.insert(n.clone())).collect()
 }
 
 fn leaves_of(value: Option<&Value>) -> Vec<(String, Value)> {
@@ -233,9 +213,9 @@ fn shown(value: &Value) -> String {
     match value {
         Value::Null => "-".into(),
         Value::String(text) => text.clone(),
-        Value::Number(n) if n.is_f64() => n
-            .as_f64()
-            .map_or_else(|| n.to_string(), |x| significant(x, 5)),
+        Value::Number(n) if n.is_f64() => {
+            n.as_f64().map_or_else(|| n.to_string(), |x| significant(x, 5))
+        }
         Value::Bool(_) | Value::Number(_) | Value::Array(_) | Value::Object(_) => value.to_string(),
     }
 }

@@ -37,15 +37,8 @@ struct OutFiles {
 
 impl OutFiles {
     fn create(path: &Path) -> Result<Self, Failure> {
-        if path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
-        {
-            return Ok(Self {
-                picture: WholeFile::create(path)?,
-                words: None,
-                folder: None,
-            });
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return Ok(Self { picture: WholeFile::create(path)?, words: None, folder: None });
         }
         let folder = output_folder(path)?;
         let file = |name: &str| WholeFile::create(path.join(name));
@@ -65,8 +58,7 @@ impl OutFiles {
             ("tapline.adapter", adapter),
         ]
         .map(|(k, v)| (k.to_string(), v.to_string()));
-        self.picture
-            .write_with(|w| write_png(w, &picture, 0.0, &text))?;
+        self.picture.write_with(|w| write_png(w, &picture, 0.0, &text))?;
         let json = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
         if let Some((json_file, text_file)) = &mut self.words {
             json_file.write_with(|w| writeln!(w, "{json}"))?;

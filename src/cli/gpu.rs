@@ -51,10 +51,7 @@ fn print(adapters: &[Adapter]) -> Result<(), Failure> {
             out,
             "  everything but the engines gpu and sampler and the command fingerprint works without one;"
         )?;
-        writeln!(
-            out,
-            "  Debian's package mesa-vulkan-drivers has a driver in software"
-        )?;
+        writeln!(out, "  Debian's package mesa-vulkan-drivers has a driver in software")?;
         return Ok(());
     }
     for adapter in adapters {
@@ -68,15 +65,8 @@ fn print(adapters: &[Adapter]) -> Result<(), Failure> {
         )?;
         writeln!(out, "    driver: {} {}", facts.driver, facts.driver_info)?;
         let [least, most] = facts.subgroup;
-        let anisotropic = if adapter.is_anisotropic() {
-            "yes"
-        } else {
-            "no"
-        };
-        writeln!(
-            out,
-            "    subgroup: {least} to {most}   anisotropic filter: {anisotropic}"
-        )?;
+        let anisotropic = if adapter.is_anisotropic() { "yes" } else { "no" };
+        writeln!(out, "    subgroup: {least} to {most}   anisotropic filter: {anisotropic}")?;
         writeln!(
             out,
             "    limits (WebGPU's default, which the engine asks for, behind the slash):"
@@ -109,8 +99,5 @@ fn to_json(adapter: &Adapter) -> Value {
 }
 
 fn object(limits: &[(&str, u64)]) -> Map<String, Value> {
-    limits
-        .iter()
-        .map(|(name, limit)| ((*name).to_string(), json!(limit)))
-        .collect()
+    limits.iter().map(|(name, limit)| ((*name).to_string(), json!(limit))).collect()
 }

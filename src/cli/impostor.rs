@@ -46,13 +46,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )
     };
     let scene = args.scene.as_ref().ok_or_else(|| usage("a scene"))?;
-    let output = args
-        .output
-        .as_ref()
-        .ok_or_else(|| usage("an output file by -o"))?;
-    let is_exr = output
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    let output = args.output.as_ref().ok_or_else(|| usage("an output file by -o"))?;
+    let is_exr = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     if !is_exr {
         return Err(InputError::new(
             output.display().to_string(),

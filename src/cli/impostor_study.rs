@@ -104,9 +104,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     root.insert("truth_display_error".into(), json!(truth.rms_display_error));
     root.insert(
         "look_ups_for_the_march_s_p95".into(),
-        need.iter()
-            .map(|(m, n)| json!({"method": m, "look_ups": n}))
-            .collect(),
+        need.iter().map(|(m, n)| json!({"method": m, "look_ups": n})).collect(),
     );
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
@@ -123,10 +121,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )?;
         for (name, title) in [
             ("iterations", "iterations by method"),
-            (
-                "words",
-                "fraction bits of hit.distance, 6 iterations, by the integer model",
-            ),
+            ("words", "fraction bits of hit.distance, 6 iterations, by the integer model"),
             ("sizes", "texels along an edge, 6 iterations"),
             ("march", "linear march, 32 steps and 6 halvings"),
         ] {
@@ -138,10 +133,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                     out,
                     "{method}: {n} look-ups in all (2 before the loop) for the march's p95 or less"
                 )?,
-                None => writeln!(
-                    out,
-                    "{method}: never as good as the march within 10 iterations"
-                )?,
+                None => writeln!(out, "{method}: never as good as the march within 10 iterations")?,
             }
         }
         let mut feet = Table::new(&[
@@ -152,15 +144,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         for (kind, p) in &footprints {
             feet.row([
                 kind.name().to_string(),
-                p.psnr_db
-                    .map_or("identical".into(), |db| significant(db, 4)),
+                p.psnr_db.map_or("identical".into(), |db| significant(db, 4)),
                 significant(255.0 * p.rmse, 3),
             ]);
         }
-        writeln!(
-            out,
-            "\nfootprint at the real hit against supersampled rays\n{feet}"
-        )?;
+        writeln!(out, "\nfootprint at the real hit against supersampled rays\n{feet}")?;
         writeln!(
             out,
             "truth: RMS display error {} (8-bit steps)",
@@ -191,11 +179,7 @@ impl<'a> Subject<'a> {
         Self {
             rays: cases
                 .iter()
-                .map(|case| HitFragment {
-                    x: case.x,
-                    r: case.r,
-                    cone: None,
-                })
+                .map(|case| HitFragment { x: case.x, r: case.r, cone: None })
                 .collect(),
             exact: exact(cases, &distances, farthest),
             cases,

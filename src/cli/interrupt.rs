@@ -8,9 +8,7 @@
 #[cfg(unix)]
 pub(super) fn install() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-    let wanted = [SIGINT, SIGTERM, SIGHUP]
-        .into_iter()
-        .filter(|s| !ignored(*s));
+    let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|s| !ignored(*s));
     // Registered by the thread itself: if it cannot start, the signals keep their usual effect. The
     // command goes on once that is done, so that no temporary is older.
     let (registered, ready) = std::sync::mpsc::channel::<()>();
@@ -25,9 +23,7 @@ pub(super) fn install() {
             std::process::exit(128 + signal);
         }
     };
-    let started = std::thread::Builder::new()
-        .name("signals".into())
-        .spawn(handler);
+    let started = std::thread::Builder::new().name("signals".into()).spawn(handler);
     if started.is_ok() {
         // Ends when the thread lets go of its end, which is an error by design.
         let _ = ready.recv();

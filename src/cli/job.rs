@@ -105,11 +105,7 @@ impl Caustics {
         let walls = &rays.map.walls;
         let most =
             (0..walls.len()).max_by(|a, b| power(&walls[*a]).total_cmp(&power(&walls[*b])))?;
-        let brightest = walls[most]
-            .texels
-            .iter()
-            .flatten()
-            .fold(1e-9, |a: f64, b| a.max(*b));
+        let brightest = walls[most].texels.iter().flatten().fold(1e-9, |a: f64, b| a.max(*b));
         let shown: Vec<(Picture, String)> = self
             .by
             .iter()
@@ -120,11 +116,7 @@ impl Caustics {
                     *rgb = light.map(|e| e / brightest);
                 }
                 picture.covered.fill(true);
-                let name = if *rung == Rung::Truth {
-                    "rays"
-                } else {
-                    rung.name()
-                };
+                let name = if *rung == Rung::Truth { "rays" } else { rung.name() };
                 (picture, name.to_string())
             })
             .collect();
@@ -223,12 +215,9 @@ impl Job {
     pub(super) fn rtl(&self, spec: &UnitSpec) -> Result<Rtl, InputError> {
         Ok(match self {
             Self::Env(s) => Rtl::Env(Box::new(RtlEngine::new(spec, s.needs(), &s.map)?)),
-            Self::Hit(s) => Rtl::Hit(Box::new(HitRtl::new(
-                spec,
-                &s.distance,
-                Some(&s.map),
-                s.map.size(),
-            )?)),
+            Self::Hit(s) => {
+                Rtl::Hit(Box::new(HitRtl::new(spec, &s.distance, Some(&s.map), s.map.size())?))
+            }
             Self::Tex(s) => Rtl::Tex(Box::new(TexEngine::new(spec, s)?)),
         })
     }
@@ -284,10 +273,7 @@ impl Job {
             }
             Self::Hit(s) => {
                 let map = Some(&s.map);
-                s.gpu(
-                    &GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?,
-                    progress,
-                )
+                s.gpu(&GpuHit::new(gpu, settings, &s.distance, map, s.map.size())?, progress)
             }
             Self::Tex(s) => s.gpu(&GpuTex::new(gpu, settings, s)?, progress),
         }
@@ -415,10 +401,7 @@ impl Job {
             by.push((Rung::F64, lit.by_f64(world, &subject.reference(settings))));
         }
         by.push((Rung::Truth, lit.by_rays(world)));
-        Ok(Some(Caustics {
-            photons: lit.photons.len(),
-            by,
-        }))
+        Ok(Some(Caustics { photons: lit.photons.len(), by }))
     }
 
     /// The pictures of [`extra_pictures`]. `filtered` is by the float reference, else by the integer model.

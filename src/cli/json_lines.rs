@@ -100,9 +100,7 @@ pub(super) enum Op {
 const HIT_KEYS: [&str; 4] = ["op", "x", "r", "cone"];
 
 /// Keys of an `env` line beside `id` and `out`.
-const KEYS: [&str; 10] = [
-    "op", "v", "n", "dv_dx", "dv_dy", "dn_dx", "dn_dy", "h", "bump", "rough",
-];
+const KEYS: [&str; 10] = ["op", "v", "n", "dv_dx", "dv_dy", "dn_dx", "dn_dy", "h", "bump", "rough"];
 
 /// Shortens what a user wrote so that it fits into a message.
 pub(super) fn short(text: &str) -> String {
@@ -136,9 +134,7 @@ pub(super) fn with_op(text: &str, op: &str) -> Option<Line> {
     let mut entries = entries(text).ok()?;
     entries.retain(|(key, _)| key != "out");
     let line = Line { entries };
-    let found = line
-        .find("op")
-        .and_then(|v| serde_json::from_str::<String>(v.get()).ok());
+    let found = line.find("op").and_then(|v| serde_json::from_str::<String>(v.get()).ok());
     (found.as_deref() == Some(op)).then_some(line)
 }
 
@@ -151,13 +147,8 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
     let remedy = "docs/trace-lines.md shows the format";
     if text.starts_with('\u{feff}') {
         let found = "a byte-order mark";
-        return Err(InputError::new(
-            subject,
-            "one JSON object",
-            found,
-            "save the file without it",
-        )
-        .at(here(Some(1))));
+        return Err(InputError::new(subject, "one JSON object", found, "save the file without it")
+            .at(here(Some(1))));
     }
     let Entries(mut entries) = serde_json::from_str(text).map_err(|e| {
         // serde_json appends its own position, which we print with the line of the file.
@@ -198,15 +189,8 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
             );
         }
     }
-    let keys: &[&str] = if op.as_deref() == Some("hit") {
-        &HIT_KEYS
-    } else {
-        &KEYS
-    };
-    if let Some((key, _)) = entries
-        .iter()
-        .find(|(k, _)| k != "id" && !keys.contains(&k.as_str()))
-    {
+    let keys: &[&str] = if op.as_deref() == Some("hit") { &HIT_KEYS } else { &KEYS };
+    if let Some((key, _)) = entries.iter().find(|(k, _)| k != "id" && !keys.contains(&k.as_str())) {
         return wrong(
             &short(key),
             &format!("the keys {}, id", keys.join(", ")),
@@ -244,10 +228,7 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
             .transpose()?,
         rough: find("rough").map(|_| vector("rough")).transpose()?,
     };
-    for (key, there) in [
-        ("bump", fragment.bump.is_some()),
-        ("rough", fragment.rough.is_some()),
-    ] {
+    for (key, there) in [("bump", fragment.bump.is_some()), ("rough", fragment.rough.is_some())] {
         if there && fragment.h.is_none() {
             return wrong(key, "the main direction `h` beside it", "no `h`".into());
         }
@@ -259,10 +240,8 @@ pub(super) fn parse(subject: &str, number: usize, text: &str) -> Result<(Line, O
 pub(super) fn numbers<const N: usize>(value: &RawValue) -> Result<[f64; N], String> {
     let items: Vec<&RawValue> =
         serde_json::from_str(value.get()).map_err(|_| short(value.get()))?;
-    let items: &[&RawValue; N] = items
-        .as_slice()
-        .try_into()
-        .map_err(|_| format!("an array of {}", items.len()))?;
+    let items: &[&RawValue; N] =
+        items.as_slice().try_into().map_err(|_| format!("an array of {}", items.len()))?;
     let mut out = [0.0; N];
     for (o, item) in out.iter_mut().zip(items) {
         *o = number(item.get())?;

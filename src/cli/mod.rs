@@ -94,12 +94,7 @@ impl From<std::io::Error> for Failure {
 
 /// Bit-accurate simulator of a texture unit for filtered environment maps.
 #[derive(Debug, Parser)]
-#[command(
-    name = "tapline",
-    version,
-    propagate_version = true,
-    max_term_width = 100
-)]
+#[command(name = "tapline", version, propagate_version = true, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -25,10 +25,7 @@ pub(super) struct Origin {
 
 impl Origin {
     pub(super) fn new(spec: &UnitSpec) -> Self {
-        Self {
-            unit_hash: spec.hash(),
-            seed: 0,
-        }
+        Self { unit_hash: spec.hash(), seed: 0 }
     }
 
     /// As attributes of an EXR or text of a PNG.
@@ -152,9 +149,8 @@ fn put(into: &mut Map<String, Value>, path: &[&str], value: Value) {
             into.insert((*key).to_string(), value);
         }
         [table, rest @ ..] => {
-            let slot = into
-                .entry((*table).to_string())
-                .or_insert_with(|| Value::Object(Map::new()));
+            let slot =
+                into.entry((*table).to_string()).or_insert_with(|| Value::Object(Map::new()));
             if let Value::Object(inner) = slot {
                 put(inner, rest, value);
             }

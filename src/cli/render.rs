@@ -76,13 +76,6 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Depth::Half => Sample::Half,
         Depth::Float => Sample::Float,
     };
-    write_picture(
-        file,
-        kind,
-        &rendering.picture,
-        args.scene_args.exposure,
-        &attributes,
-        sample,
-    )?;
+    write_picture(file, kind, &rendering.picture, args.scene_args.exposure, &attributes, sample)?;
     Ok(())
 }

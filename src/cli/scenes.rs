@@ -28,17 +28,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             writeln!(out, "    operations: {}", scene.operations.join(" "))?;
             let names: Vec<&str> = scene.stages.iter().map(|s| s.name()).collect();
             writeln!(out, "    stages: {}", names.join(" "))?;
-            let unused: Vec<&str> = Stage::ALL
-                .iter()
-                .filter(|s| !scene.stages.contains(s))
-                .map(|s| s.name())
-                .collect();
+            let unused: Vec<&str> =
+                Stage::ALL.iter().filter(|s| !scene.stages.contains(s)).map(|s| s.name()).collect();
             if !unused.is_empty() {
-                let with_bump = if scene.operations.contains(&"env") {
-                    " (with --bump they are)"
-                } else {
-                    ""
-                };
+                let with_bump =
+                    if scene.operations.contains(&"env") { " (with --bump they are)" } else { "" };
                 writeln!(out, "    not built: {}{with_bump}", unused.join(" "))?;
             }
         }

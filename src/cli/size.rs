@@ -50,12 +50,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N")]
     face_size: Option<usize>,
     /// Exposure in stops.
-    #[arg(
-        long,
-        value_name = "STOPS",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f64,
     /// The unit file to write.
     #[arg(short = 'o', value_name = "FILE")]
@@ -74,11 +69,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let goal = Goal {
-        max_lsb8: args.max_lsb8,
-        psnr_db: args.psnr,
-        share: args.share,
-    };
+    let goal = Goal { max_lsb8: args.max_lsb8, psnr_db: args.psnr, share: args.share };
     if goal == Goal::default() {
         return Err(InputError::new(
             "size",
@@ -157,10 +148,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 /// The unit for every operation, the given one built for the scene, and the sized one.
 fn sheets(base: &UnitSpec, sized: &UnitSpec, bench: &Bench, cost: &CostModel) -> [Sheet; 3] {
     let operation = bench.scene().operation();
-    let all = Operation::Env(Needs {
-        bump: true,
-        rough: true,
-    });
+    let all = Operation::Env(Needs { bump: true, rough: true });
     let mut whole = cost.sheet(&base.config, all);
     for other in [Operation::Hit, Operation::Tex] {
         for (stage, parts) in cost.sheet(&base.config, other).stages {
@@ -169,11 +157,7 @@ fn sheets(base: &UnitSpec, sized: &UnitSpec, bench: &Bench, cost: &CostModel) ->
             }
         }
     }
-    [
-        whole,
-        cost.sheet(&base.config, operation),
-        cost.sheet(&sized.config, operation),
-    ]
+    [whole, cost.sheet(&base.config, operation), cost.sheet(&sized.config, operation)]
 }
 
 fn bounds(goal: &Goal) -> String {
@@ -183,9 +167,7 @@ fn bounds(goal: &Goal) -> String {
 }
 
 fn verdict(pair: &Pair) -> String {
-    let db = pair
-        .psnr_db
-        .map_or("equal".into(), |db| format!("{} dB", fixed(db, 2)));
+    let db = pair.psnr_db.map_or("equal".into(), |db| format!("{} dB", fixed(db, 2)));
     let share = 100.0 * pair.share_over_1_lsb8;
     format!(
         "{} 8-bit steps at most, {db}, {} % of fragments beyond one step",
@@ -210,10 +192,7 @@ fn check_command(args: &Args) -> String {
     };
     option("--env", args.env.as_ref().map(|p| p.display().to_string()));
     option("--face-size", args.face_size.map(|n| n.to_string()));
-    let unit = args
-        .out
-        .as_ref()
-        .map_or("unit.toml".into(), |p| p.display().to_string());
+    let unit = args.out.as_ref().map_or("unit.toml".into(), |p| p.display().to_string());
     option("--unit", Some(unit));
     option("--max-lsb8", args.max_lsb8.map(|x| format!("rtl:f64={x}")));
     option("--min-psnr", args.psnr.map(|x| format!("rtl:f64={x}")));
@@ -234,21 +213,11 @@ fn print(
         args.scene,
         args.size.0,
         args.size.1,
-        bounds(&Goal {
-            max_lsb8: args.max_lsb8,
-            psnr_db: args.psnr,
-            share: args.share
-        })
+        bounds(&Goal { max_lsb8: args.max_lsb8, psnr_db: args.psnr, share: args.share })
     )?;
     writeln!(out, "before: {}", verdict(&found.before))?;
     writeln!(out, "sized:  {}", verdict(&found.pair))?;
-    writeln!(
-        out,
-        "{} units in {} rounds, {} s\n",
-        found.trials,
-        found.rounds,
-        fixed(seconds, 1)
-    )?;
+    writeln!(out, "{} units in {} rounds, {} s\n", found.trials, found.rounds, fixed(seconds, 1))?;
     let mut table = Table::new(&[
         ("cost", Align::Left),
         ("logic (kGE)", Align::Right),
@@ -256,10 +225,7 @@ fn print(
         ("registers (bits)", Align::Right),
         ("all (kGE)", Align::Right),
     ]);
-    for (name, sheet) in ["all operations", "built for the scene", "sized"]
-        .iter()
-        .zip(sheets)
-    {
+    for (name, sheet) in ["all operations", "built for the scene", "sized"].iter().zip(sheets) {
         let total = sheet.total();
         table.row([
             (*name).to_string(),
@@ -315,9 +281,7 @@ fn print(
 fn shorter(what: &Shorter) -> String {
     match what {
         Shorter::Breaks(pair) => {
-            let db = pair
-                .psnr_db
-                .map_or("equal".into(), |db| format!("{} dB", fixed(db, 2)));
+            let db = pair.psnr_db.map_or("equal".into(), |db| format!("{} dB", fixed(db, 2)));
             format!(
                 "breaks: {} steps, {db}, {} %",
                 fixed(pair.max_lsb8, 3),

@@ -122,9 +122,7 @@ enum Action {
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
-    let parts = text
-        .split_once('/')
-        .and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
     match parts {
         Some((number, of)) if (1..=of).contains(&number) && of <= 1_000_000 => {
             Ok(Shard { number, of })
@@ -141,38 +139,19 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             let paths = Paths::new(out, Shard::WHOLE);
             let rows = merge(parts, &paths)?;
             folder.keep();
-            writeln!(
-                std::io::stdout(),
-                "{} rows in {}",
-                rows,
-                paths.jsonl.display()
-            )?;
+            writeln!(std::io::stdout(), "{} rows in {}", rows, paths.jsonl.display())?;
             Ok(())
         }
-        Some(Action::Table {
-            results,
-            columns,
-            scene,
-            front,
-            markdown,
-        }) => {
+        Some(Action::Table { results, columns, scene, front, markdown }) => {
             let table =
                 super::study_table::table(results, columns, scene.as_deref(), *front, *markdown)?;
             write!(std::io::stdout(), "{table}")?;
             Ok(())
         }
-        Some(Action::Report {
-            folder,
-            study,
-            rows,
-            pixels,
-        }) => super::study_report::report(folder, study.as_deref(), rows, pixels),
-        Some(Action::Slurm {
-            file,
-            out,
-            parts,
-            cpus,
-        }) => {
+        Some(Action::Report { folder, study, rows, pixels }) => {
+            super::study_report::report(folder, study.as_deref(), rows, pixels)
+        }
+        Some(Action::Slurm { file, out, parts, cpus }) => {
             let plan = Plan::load(file)?;
             write!(
                 std::io::stdout(),
@@ -255,9 +234,7 @@ fn run_study(args: &RunArgs) -> Result<(), Failure> {
     let cost = CostModel::load(args.cost.as_deref())?;
     let cost_hash = hash_text(text_hash(&cost.to_toml()));
     let out = args.out.clone().unwrap_or_else(|| {
-        let stem = file
-            .file_stem()
-            .map_or("study".into(), |s| s.to_string_lossy().into_owned());
+        let stem = file.file_stem().map_or("study".into(), |s| s.to_string_lossy().into_owned());
         PathBuf::from(format!("study-{stem}"))
     });
     let folder = output_folder(&out)?;
@@ -275,19 +252,12 @@ fn run_study(args: &RunArgs) -> Result<(), Failure> {
     let bar = Bar::new("rows", to_u64(rows));
     bar.add(to_u64(done.len()));
     let kept = done.len();
-    let mut files = Files {
-        journal,
-        rows: done.clone(),
-        bar,
-        plan: &study.plan,
-    };
+    let mut files = Files { journal, rows: done.clone(), bar, plan: &study.plan };
     let start = Instant::now();
     let how = measuring(&study.plan, cost, !args.no_reuse);
     let spent = study.run(args.shard, &done, &how, &mut files)?;
     let seconds = start.elapsed().as_secs_f64();
-    let Files {
-        journal, rows, bar, ..
-    } = files;
+    let Files { journal, rows, bar, .. } = files;
     drop((journal, bar));
     finish(&paths, &header, &rows)?;
     remove(&paths.journal)?;
@@ -349,10 +319,7 @@ fn open(
                 "go on with --resume, or remove the file",
             ));
         }
-        return Ok((
-            Some(Journal::create(&paths.journal, header)?),
-            BTreeMap::new(),
-        ));
+        return Ok((Some(Journal::create(&paths.journal, header)?), BTreeMap::new()));
     }
     if !started && paths.jsonl.exists() {
         let before = Results::read(&paths.jsonl, false)?;
@@ -360,16 +327,10 @@ fn open(
         return Ok((None, BTreeMap::new()));
     }
     if !started {
-        return Ok((
-            Some(Journal::create(&paths.journal, header)?),
-            BTreeMap::new(),
-        ));
+        return Ok((Some(Journal::create(&paths.journal, header)?), BTreeMap::new()));
     }
     if std::fs::metadata(&paths.journal).is_ok_and(|m| m.len() == 0) {
-        return Ok((
-            Some(Journal::create(&paths.journal, header)?),
-            BTreeMap::new(),
-        ));
+        return Ok((Some(Journal::create(&paths.journal, header)?), BTreeMap::new()));
     }
     let (journal, before) = Journal::resume(&paths.journal, header)?;
     let rows = before.by_number(&paths.journal)?;

@@ -103,19 +103,12 @@ fn gather(
             "name the file that they were made with",
         ));
     }
-    let rows = if chosen.is_empty() {
-        usual(results)
-    } else {
-        chosen.to_vec()
-    };
+    let rows = if chosen.is_empty() { usual(results) } else { chosen.to_vec() };
     let how = measuring(&study.plan, cost, true);
     let points = study.points.len();
     let mut out = Vec::new();
     for number in rows {
-        let found = results
-            .rows
-            .iter()
-            .find(|r| r["row"].as_u64() == u64::try_from(number).ok());
+        let found = results.rows.iter().find(|r| r["row"].as_u64() == u64::try_from(number).ok());
         let Some(row) = found.filter(|r| r["metrics"].is_object()) else {
             return Err(InputError::new(
                 "--rows",
@@ -129,14 +122,9 @@ fn gather(
         let (spec, checked) = study.unit(&study.points[point]);
         checked?;
         let settings = spec.settings(study.plan.reference_axis);
-        let mut bench = Bench::new(scene(
-            &study.plan.places[place],
-            study.plan.exposure,
-            &settings,
-        )?);
-        out.push(details::gather(
-            &mut bench, row, &spec, &settings, &how, pixels,
-        )?);
+        let mut bench =
+            Bench::new(scene(&study.plan.places[place], study.plan.exposure, &settings)?);
+        out.push(details::gather(&mut bench, row, &spec, &settings, &how, pixels)?);
     }
     Ok(json!({"plan": results.header["plan"], "details": out}))
 }
@@ -161,9 +149,7 @@ fn usual(results: &Results) -> Vec<usize> {
         }
         let picks = [0, rows.len() / 2];
         let number = |i: usize| {
-            rows.get(i)
-                .and_then(|(r, _)| r["row"].as_u64())
-                .and_then(|n| usize::try_from(n).ok())
+            rows.get(i).and_then(|(r, _)| r["row"].as_u64()).and_then(|n| usize::try_from(n).ok())
         };
         out.extend(picks.into_iter().filter_map(number));
     }

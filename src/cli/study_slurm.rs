@@ -7,19 +7,11 @@ use crate::study::plan::Plan;
 /// A shell script that submits both jobs. Paths are made absolute, so that jobs find them in any folder.
 pub(super) fn script(plan: &Plan, file: &Path, out: &Path, parts: u32, cpus: u32) -> String {
     let absolute = |p: &Path| {
-        quoted(
-            &std::path::absolute(p)
-                .unwrap_or_else(|_| p.into())
-                .display()
-                .to_string(),
-        )
+        quoted(&std::path::absolute(p).unwrap_or_else(|_| p.into()).display().to_string())
     };
     let (file, out) = (absolute(file), absolute(out));
-    let title: String = plan
-        .title
-        .chars()
-        .filter(|c| c.is_ascii_alphanumeric() || *c == '-')
-        .collect();
+    let title: String =
+        plan.title.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
     format!(
         r#"#!/bin/sh
 # {parts} parts of a study as an array job, then the job that merges them.

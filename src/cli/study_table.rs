@@ -12,13 +12,8 @@ use crate::study::measures::{is_column, names};
 use crate::study::store::Results;
 
 /// Figures that are shown if none are named.
-const USUAL: [&str; 5] = [
-    "psnr_db",
-    "max_lsb8",
-    "share_over_1_lsb8",
-    "gates",
-    "cycles_per_fragment",
-];
+const USUAL: [&str; 5] =
+    ["psnr_db", "max_lsb8", "share_over_1_lsb8", "gates", "cycles_per_fragment"];
 
 /// The rows as text.
 pub(super) fn table(
@@ -38,11 +33,8 @@ pub(super) fn table(
             "check the spelling",
         ));
     }
-    let columns: Vec<String> = if columns.is_empty() {
-        USUAL.map(String::from).to_vec()
-    } else {
-        columns.to_vec()
-    };
+    let columns: Vec<String> =
+        if columns.is_empty() { USUAL.map(String::from).to_vec() } else { columns.to_vec() };
     let on_front = front(&results.rows, &error_figure(&results));
     let shown: Vec<&Value> = results
         .rows
@@ -54,10 +46,7 @@ pub(super) fn table(
         .map(|(row, _)| row)
         .collect();
     let axes = results.axes();
-    let mut head = vec![
-        ("row".to_string(), Align::Right),
-        ("scene".into(), Align::Left),
-    ];
+    let mut head = vec![("row".to_string(), Align::Right), ("scene".into(), Align::Left)];
     head.extend(axes.iter().map(|a| (a.clone(), Align::Left)));
     head.extend(columns.iter().map(|c| (c.clone(), Align::Right)));
     let cells = |row: &Value| -> Vec<String> {
@@ -67,10 +56,7 @@ pub(super) fn table(
             Some(other) => other.to_string(),
         };
         let mut cells = vec![get(row.get("row")), get(row.get("scene"))];
-        cells.extend(
-            axes.iter()
-                .map(|a| get(row.get("set").and_then(|s| s.get(a)))),
-        );
+        cells.extend(axes.iter().map(|a| get(row.get("set").and_then(|s| s.get(a)))));
         cells.extend(columns.iter().map(|c| match figure(row, c) {
             None => "–".into(),
             Some(x) if x.is_infinite() => "equal".into(),

@@ -51,10 +51,7 @@ pub(super) fn load_map(args: &SceneArgs) -> Result<Option<CubeMap>, InputError> 
     let Some(path) = &args.env else {
         return Ok(None);
     };
-    let options = LoadOptions {
-        max_image_mb: args.max_image_mb,
-        face_size: args.face_size,
-    };
+    let options = LoadOptions { max_image_mb: args.max_image_mb, face_size: args.face_size };
     let (map, cleaned) = load_environment(path, &options)?;
     if let Some(note) = cleaned.note(&path.display().to_string()) {
         super::note(&note);
@@ -67,10 +64,7 @@ pub(super) fn load_texture(args: &SceneArgs) -> Result<Option<PlanarMap>, InputE
     let Some(path) = &args.texture else {
         return Ok(None);
     };
-    let options = LoadOptions {
-        max_image_mb: args.max_image_mb,
-        face_size: None,
-    };
+    let options = LoadOptions { max_image_mb: args.max_image_mb, face_size: None };
     let (map, cleaned) = image::load::load_texture(path, &options)?;
     if let Some(note) = cleaned.note(&path.display().to_string()) {
         super::note(&note);
@@ -80,10 +74,7 @@ pub(super) fn load_texture(args: &SceneArgs) -> Result<Option<PlanarMap>, InputE
 
 /// The environment of a scene with ray cones: the file's own size, or the procedural one of the default size.
 pub(super) fn load_sky(args: &SceneArgs) -> Result<CubeMap, InputError> {
-    let args = SceneArgs {
-        face_size: None,
-        ..args.clone()
-    };
+    let args = SceneArgs { face_size: None, ..args.clone() };
     let procedural = || build_mips(environment::procedural(DEFAULT_FACE_SIZE));
     Ok(load_map(&args)?.unwrap_or_else(procedural))
 }
@@ -103,9 +94,5 @@ pub(super) fn load(
     }
     let map = load_map(args)?.unwrap_or_else(|| build_mips(scene.environment()));
     let background = background(&scene, &map, settings);
-    Ok(Subject {
-        scene,
-        map,
-        background,
-    })
+    Ok(Subject { scene, map, background })
 }

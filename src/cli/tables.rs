@@ -56,22 +56,10 @@ struct Rom {
     rows: Vec<Vec<i64>>,
 }
 
-const NAMES: [&str; 6] = [
-    "recip",
-    "rsqrt",
-    "sqrt",
-    "log2",
-    "eigen",
-    "eigen-boundaries",
-];
+const NAMES: [&str; 6] = ["recip", "rsqrt", "sqrt", "log2", "eigen", "eigen-boundaries"];
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let Action::Show {
-        name,
-        format,
-        json,
-        unit,
-    } = &args.action;
+    let Action::Show { name, format, json, unit } = &args.action;
     let spec = unit.load()?;
     let roms = Roms::new(&spec.config).map_err(refused)?;
     let single = |rom: &rtl_model::tables::Rom| Rom {
@@ -124,10 +112,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                 spec.hash()
             )?;
             for (i, row) in rom.rows.iter().enumerate() {
-                let cells: Vec<String> = row
-                    .iter()
-                    .map(|v| format!("{v} {}", decimal(*v, rom.frac.into())))
-                    .collect();
+                let cells: Vec<String> =
+                    row.iter().map(|v| format!("{v} {}", decimal(*v, rom.frac.into()))).collect();
                 writeln!(out, "{i:>5}  {}", cells.join("   "))?;
             }
         }

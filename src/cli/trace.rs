@@ -103,11 +103,7 @@ pub(super) struct Mode {
 
 impl Args {
     pub(super) fn mode(&self, spec: &UnitSpec) -> Mode {
-        Mode {
-            engine: self.engine,
-            raw: self.raw,
-            settings: self.run.settings(spec),
-        }
+        Mode { engine: self.engine, raw: self.raw, settings: self.run.settings(spec) }
     }
 }
 
@@ -141,10 +137,7 @@ impl Tracer {
     }
 
     fn cone_output(&self) -> trace_cone::Output {
-        trace_cone::Output {
-            engine: self.engine,
-            raw: self.raw,
-        }
+        trace_cone::Output { engine: self.engine, raw: self.raw }
     }
 
     pub(super) fn code(&self, code: Code) -> Value {
@@ -170,21 +163,12 @@ impl Tracer {
         let needs = encode::needs(fragment);
         if !self.units.contains_key(&needs) {
             let size = u32::try_from(self.face_size).unwrap_or(u32::MAX);
-            self.units.insert(
-                needs,
-                Unit::new(&self.spec.config, needs, size).map_err(refused)?,
-            );
+            self.units.insert(needs, Unit::new(&self.spec.config, needs, size).map_err(refused)?);
         }
         let Some(unit) = self.units.get(&needs) else {
             return Ok(Map::new());
         };
-        let result = rtl(
-            unit,
-            &self.spec.config,
-            fragment,
-            self.texture.as_ref(),
-            &mut self.probe,
-        );
+        let result = rtl(unit, &self.spec.config, fragment, self.texture.as_ref(), &mut self.probe);
         let mut out = Map::new();
         let textured = self.texture.is_some();
         self.env_codes(&mut out, FACE_NAMES[result.face], result.probes, textured);
@@ -219,13 +203,8 @@ impl Tracer {
 
     fn out_f64(&self, fragment: &Fragment) -> Map<String, Value> {
         let texture = self.map.as_ref().map(reference::Texture::new);
-        let env = reference::env(
-            &self.prepared,
-            fragment,
-            self.face_size,
-            texture.as_ref(),
-            &mut NoTap,
-        );
+        let env =
+            reference::env(&self.prepared, fragment, self.face_size, texture.as_ref(), &mut NoTap);
         let mut out = Map::new();
         Self::env_values(&mut out, &env, texture.is_some());
         let flags: Vec<&str> = env.flags.names().collect();
@@ -293,12 +272,7 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
         Box::new(std::io::stdin().lock())
     } else {
         let unreadable = |found: String| {
-            InputError::new(
-                &subject,
-                "a readable file of trace lines",
-                found,
-                "check the path",
-            )
+            InputError::new(&subject, "a readable file of trace lines", found, "check the path")
         };
         if input.is_dir() {
             return Err(unreadable("a folder".into()).into());
@@ -333,16 +307,9 @@ fn lines(args: &Args, spec: UnitSpec, input: &std::path::Path) -> Result<(), Fai
             let subject = subject::load(scene, &args.scene_args, &settings)?;
             (Some(subject.map), args.scene_args.distance()?)
         }
-        None => (
-            subject::load_map(&args.scene_args)?,
-            args.scene_args.distance()?,
-        ),
+        None => (subject::load_map(&args.scene_args)?, args.scene_args.distance()?),
     };
-    super::note(&format!(
-        "version {}, unit {}, seed 0",
-        env!("CARGO_PKG_VERSION"),
-        spec.hash()
-    ));
+    super::note(&format!("version {}, unit {}, seed 0", env!("CARGO_PKG_VERSION"), spec.hash()));
     let mut tracer = Tracer::new(args.mode(&spec), spec, map, face_size)?;
     tracer.distance = distance;
     if let Some(size) = texture_size {
@@ -365,10 +332,7 @@ fn stream<R: Read>(
     let result: Result<(), Failure> = loop {
         bytes.clear();
         number += 1;
-        let read = match (&mut reader)
-            .take(MAX_LINE + 1)
-            .read_until(b'\n', &mut bytes)
-        {
+        let read = match (&mut reader).take(MAX_LINE + 1).read_until(b'\n', &mut bytes) {
             Ok(n) => n,
             Err(e) => {
                 break Err(InputError::new(
@@ -424,23 +388,12 @@ fn stream<R: Read>(
 pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     for engine in [TraceEngine::Rtl, TraceEngine::F64] {
         let spec = UnitSpec::default();
-        let mode = Mode {
-            engine,
-            raw: false,
-            settings: spec.settings(crate::unit::ReferenceAxis::Exact),
-        };
-        let map = build_mips(CubeLevel {
-            size: 8,
-            texels: vec![[0.5, 0.25, 1.0]; 6 * 8 * 8],
-        });
+        let mode =
+            Mode { engine, raw: false, settings: spec.settings(crate::unit::ReferenceAxis::Exact) };
+        let map = build_mips(CubeLevel { size: 8, texels: vec![[0.5, 0.25, 1.0]; 6 * 8 * 8] });
         let mut tracer = Tracer::new(mode, spec, Some(map), 8)?;
         tracer.distance = Distance::analytic("box:3,2,4").transpose()?;
-        match stream(
-            &mut tracer,
-            "trace lines",
-            BufReader::new(bytes),
-            std::io::sink(),
-        ) {
+        match stream(&mut tracer, "trace lines", BufReader::new(bytes), std::io::sink()) {
             Ok(()) | Err(Failure::Closed | Failure::Disagrees(_)) => {}
             Err(Failure::Input(error)) => return Err(error),
         }

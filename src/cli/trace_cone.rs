@@ -62,23 +62,13 @@ type Fail<'a> = dyn Fn(&str, &str, String) -> InputError + 'a;
 /// The steps, each an object with one key.
 fn steps(line: &Line, fail: &Fail<'_>) -> Result<Vec<float::Step>, InputError> {
     let list = "an array of steps";
-    let raw = line
-        .find("steps")
-        .ok_or_else(|| fail("steps", list, "nothing".into()))?;
+    let raw = line.find("steps").ok_or_else(|| fail("steps", list, "nothing".into()))?;
     let items: Vec<&RawValue> =
         serde_json::from_str(raw.get()).map_err(|_| fail("steps", list, short(raw.get())))?;
     if items.len() > MAX_STEPS {
-        return Err(fail(
-            "steps",
-            &format!("at most {MAX_STEPS} steps"),
-            items.len().to_string(),
-        ));
+        return Err(fail("steps", &format!("at most {MAX_STEPS} steps"), items.len().to_string()));
     }
-    items
-        .iter()
-        .enumerate()
-        .map(|(i, item)| step(item, i, fail))
-        .collect()
+    items.iter().enumerate().map(|(i, item)| step(item, i, fail)).collect()
 }
 
 fn step(item: &RawValue, index: usize, fail: &Fail<'_>) -> Result<float::Step, InputError> {
@@ -111,26 +101,14 @@ fn step(item: &RawValue, index: usize, fail: &Fail<'_>) -> Result<float::Step, I
             let f = fields(&["k", "no", "ni"])?;
             let positive = |x: f64| x > 0.0;
             if !(positive(f[1]) && positive(f[2])) {
-                return Err(fail(
-                    &place,
-                    "refractive indices above 0",
-                    short(item.get()),
-                ));
+                return Err(fail(&place, "refractive indices above 0", short(item.get())));
             }
-            float::Step::Refract {
-                curvature: f[0],
-                outside: f[1],
-                inside: f[2],
-            }
+            float::Step::Refract { curvature: f[0], outside: f[1], inside: f[2] }
         }
         "scatter" => {
             let f = fields(&["f"])?[0];
             if f < 0.0 {
-                return Err(fail(
-                    &place,
-                    "a BSDF value of at least 0",
-                    short(item.get()),
-                ));
+                return Err(fail(&place, "a BSDF value of at least 0", short(item.get())));
             }
             float::Step::Scatter(f)
         }
@@ -149,11 +127,7 @@ fn object(angle: Value, width: Value, packed: String, flags: &[&str]) -> Map<Str
 /// Eight digits, or sixteen for two codes of 32 bits.
 fn packed(cfg: &Cfg, cone: Cone) -> String {
     let word = cone.pack(cfg.format, cfg.order);
-    if cfg.format.width() > 16 {
-        format!("0x{word:016x}")
-    } else {
-        format!("0x{word:08x}")
-    }
+    if cfg.format.width() > 16 { format!("0x{word:016x}") } else { format!("0x{word:08x}") }
 }
 
 fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> Map<String, Value> {
@@ -168,10 +142,7 @@ fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> 
     }
     let number = |x: Dyadic| {
         let m = i64::try_from(x.m).unwrap_or(i64::MAX);
-        let code = Code {
-            raw: if x.negative { -m } else { m },
-            frac: -x.e,
-        };
+        let code = Code { raw: if x.negative { -m } else { m }, frac: -x.e };
         if raw {
             json!({"raw": code.raw, "frac": code.frac})
         } else {
@@ -189,25 +160,15 @@ fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> 
 fn by_f64(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step]) -> Map<String, Value> {
     let knobs = &spec.config.cone;
     let finite = |x: f64| {
-        if x.is_nan() {
-            0.0
-        } else {
-            x.clamp(-f64::MAX, f64::MAX) + 0.0
-        }
+        if x.is_nan() { 0.0 } else { x.clamp(-f64::MAX, f64::MAX) + 0.0 }
     };
-    let mut state = float::Cone {
-        angle: float::Angle(finite(cone[0])),
-        width: float::Width(finite(cone[1])),
-    };
+    let mut state =
+        float::Cone { angle: float::Angle(finite(cone[0])), width: float::Width(finite(cone[1])) };
     let operands = |step: &float::Step| match *step {
         float::Step::Propagate(x) | float::Step::Reflect(x) | float::Step::Scatter(x) => {
             [x, 0.0, 0.0]
         }
-        float::Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => [curvature, outside, inside],
+        float::Step::Refract { curvature, outside, inside } => [curvature, outside, inside],
     };
     let numbers = steps.iter().flat_map(operands).chain(cone);
     let strange = numbers.into_iter().any(|x| !x.is_finite());

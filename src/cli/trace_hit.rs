@@ -45,11 +45,7 @@ pub(super) fn out(
 
 /// A number; "inf" where it is not finite, as d of a ray that escaped.
 fn number(value: f64) -> Value {
-    if value.is_finite() {
-        json!(value)
-    } else {
-        json!("inf")
-    }
+    if value.is_finite() { json!(value) } else { json!("inf") }
 }
 
 fn rtl(tracer: &mut Tracer, ray: &HitFragment) -> Map<String, Value> {
@@ -67,26 +63,12 @@ fn rtl(tracer: &mut Tracer, ray: &HitFragment) -> Map<String, Value> {
         json!("inf")
     } else {
         let raw = state.hit.d[0];
-        tracer.code(Code {
-            raw,
-            frac: frac(Reg::HitD) - scale,
-        })
+        tracer.code(Code { raw, frac: frac(Reg::HitD) - scale })
     };
-    let l_frac = if escaped {
-        frac(Reg::HitR)
-    } else {
-        frac(Reg::HitL) - scale
-    };
-    let l = state
-        .hit
-        .l
-        .map(|[raw]| tracer.code(Code { raw, frac: l_frac }));
-    let ratio = state.hit.ratio[0].map_or(Value::Null, |raw| {
-        tracer.code(Code {
-            raw,
-            frac: frac(Reg::HitRatio),
-        })
-    });
+    let l_frac = if escaped { frac(Reg::HitR) } else { frac(Reg::HitL) - scale };
+    let l = state.hit.l.map(|[raw]| tracer.code(Code { raw, frac: l_frac }));
+    let ratio = state.hit.ratio[0]
+        .map_or(Value::Null, |raw| tracer.code(Code { raw, frac: frac(Reg::HitRatio) }));
     out.insert("d".into(), d);
     out.insert("l".into(), json!(l));
     out.insert("iterations".into(), json!(result.iterations));

@@ -80,13 +80,8 @@ fn trace_env(
     let result = rtl(&unit, &spec.config, &fragment, Some(&texture), &mut mine);
     let mut theirs = FloatProbe::default();
     let reference = Texture::new(&subject.map);
-    let there = env(
-        &Prepared::new(settings),
-        &fragment,
-        subject.map.size(),
-        Some(&reference),
-        &mut theirs,
-    );
+    let there =
+        env(&Prepared::new(settings), &fragment, subject.map.size(), Some(&reference), &mut theirs);
     let names: Vec<&str> = there.flags.names().collect();
     Ok(Traced {
         entries: entries(&fragment),
@@ -168,10 +163,7 @@ fn trace_look(
     subject.each_look(&engine, settings, row, &mut |at, look, words, width| {
         if at == column && found.is_none() {
             let unit = &engine.textures[look.texture];
-            found = Some((
-                *look,
-                [value(unit.unit.cone.angle(words.cone.angle)), width],
-            ));
+            found = Some((*look, [value(unit.unit.cone.angle(words.cone.angle)), width]));
         }
     });
     let Some((look, cone)) = found else {
@@ -179,10 +171,7 @@ fn trace_look(
     };
     // A line has derivatives; those of a triangle follow from its corners.
     let (dp_ds, dp_dt) = look.fragment.tangents.derivatives();
-    let fragment = TexFragment {
-        tangents: Tangents::Surface { dp_ds, dp_dt },
-        ..look.fragment
-    };
+    let fragment = TexFragment { tangents: Tangents::Surface { dp_ds, dp_dt }, ..look.fragment };
     let unit = &engine.textures[look.texture];
     let cfg = &unit.unit.cone;
     let mut flags = Flags::default();
@@ -296,11 +285,8 @@ pub(super) fn run(
         let info = reg.info();
         let join = |values: Vec<f64>| {
             let more = if values.len() > SHOWN { " …" } else { "" };
-            let shown: Vec<String> = values
-                .iter()
-                .take(SHOWN)
-                .map(|v| significant(*v, 5))
-                .collect();
+            let shown: Vec<String> =
+                values.iter().take(SHOWN).map(|v| significant(*v, 5)).collect();
             format!("{}{more}", shown.join(" "))
         };
         let worst = codes
@@ -311,19 +297,9 @@ pub(super) fn run(
             .fold(0.0, f64::max);
         table.row([
             format!("{}.{}", info.stage, info.name),
-            join(
-                codes
-                    .iter()
-                    .filter(|c| c.is_written())
-                    .map(|c| c.value())
-                    .collect(),
-            ),
+            join(codes.iter().filter(|c| c.is_written()).map(|c| c.value()).collect()),
             join(floats.to_vec()),
-            if floats.is_empty() {
-                "-".into()
-            } else {
-                significant(worst, 3)
-            },
+            if floats.is_empty() { "-".into() } else { significant(worst, 3) },
         ]);
     }
     writeln!(out, "{table}")?;
@@ -379,10 +355,7 @@ fn registers(args: &Args, mine: &RtlProbe, theirs: &FloatProbe) -> Value {
             TraceEngine::F64 => theirs.get(*reg).iter().map(|v| json!(v)).collect(),
         };
         if !values.is_empty() {
-            map.insert(
-                format!("{}.{}", info.stage, info.name),
-                Value::Array(values),
-            );
+            map.insert(format!("{}.{}", info.stage, info.name), Value::Array(values));
         }
     }
     Value::Object(map)

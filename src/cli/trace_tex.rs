@@ -72,10 +72,7 @@ pub(super) fn out(
     fragment: &TexFragment,
     cone: [f64; 2],
 ) -> Result<Map<String, Value>, InputError> {
-    let request = Request {
-        fragment: *fragment,
-        cone,
-    };
+    let request = Request { fragment: *fragment, cone };
     match tracer.engine {
         TraceEngine::Rtl => by_rtl(tracer, &request),
         TraceEngine::F64 => Ok(by_f64(tracer, &request)),
@@ -84,9 +81,7 @@ pub(super) fn out(
 
 fn by_rtl(tracer: &mut Tracer, request: &Request) -> Result<Map<String, Value>, InputError> {
     if tracer.tex.is_none() {
-        let size = tracer
-            .texture_size
-            .map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+        let size = tracer.texture_size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         tracer.tex = Some(TexRtl::sized(&tracer.spec, size)?);
     }
     let mut out = Map::new();

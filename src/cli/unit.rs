@@ -60,10 +60,7 @@ fn merge(file: Option<&String>, unit: &UnitArgs) -> Result<(UnitSpec, Origins), 
             "name one of them",
         ));
     }
-    file::load(
-        file.map(String::as_str).or(unit.unit.as_deref()),
-        &unit.sets,
-    )
+    file::load(file.map(String::as_str).or(unit.unit.as_deref()), &unit.sets)
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
@@ -85,12 +82,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             root.insert("table_bits".into(), json!(tables));
             target.write(&serde_json::Value::Object(root))
         }
-        Action::Show {
-            file,
-            toml,
-            json,
-            unit,
-        } => {
+        Action::Show { file, toml, json, unit } => {
             let (spec, _) = merge(file.as_ref(), unit)?;
             let target = JsonTarget::open(json.as_deref())?;
             if !target.takes_stdout() {
@@ -124,12 +116,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 
 fn show(spec: &UnitSpec) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    writeln!(
-        out,
-        "tapline {}, unit {}\n",
-        env!("CARGO_PKG_VERSION"),
-        spec.hash()
-    )?;
+    writeln!(out, "tapline {}, unit {}\n", env!("CARGO_PKG_VERSION"), spec.hash())?;
     let defaults = UnitSpec::default().knobs();
     let mut table = Table::new(&[
         ("path", Align::Left),
@@ -145,12 +132,7 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
             knob.value.to_string(),
             default.value.to_string(),
             knob.legal.clone(),
-            if knob.all_engines {
-                "all engines"
-            } else {
-                "rtl"
-            }
-            .into(),
+            if knob.all_engines { "all engines" } else { "rtl" }.into(),
             knob.meaning.clone(),
         ]);
     }
@@ -169,17 +151,8 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
             format!("{}.{}", info.stage, info.name),
             info.components.to_string(),
             spec.config.format(*reg).width().to_string(),
-            if block {
-                "block: shared exponent"
-            } else {
-                "fixed"
-            }
-            .into(),
-            if block {
-                "-".into()
-            } else {
-                crate::engine::rtl::overflow_name(&spec.config, *reg)
-            },
+            if block { "block: shared exponent" } else { "fixed" }.into(),
+            if block { "-".into() } else { crate::engine::rtl::overflow_name(&spec.config, *reg) },
         ]);
     }
     writeln!(out, "{words}")?;

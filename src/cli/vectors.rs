@@ -93,11 +93,7 @@ impl What {
     fn load(&self) -> Result<(Box<dyn Model>, Subject, Build, UnitSpec), InputError> {
         let subject = Subject::parse(&self.stage)?;
         let spec = self.unit.load()?;
-        let build = Build {
-            bump: !self.plain,
-            rough: !self.plain,
-            size: self.face_size,
-        };
+        let build = Build { bump: !self.plain, rough: !self.plain, size: self.face_size };
         let model = bench::model(&spec, subject, build)?;
         Ok((model, subject, build, spec))
     }
@@ -105,29 +101,16 @@ impl What {
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
-        Action::Gen {
-            what,
-            header: Some(language),
-            ..
-        }
-        | Action::Header { what, language } => {
+        Action::Gen { what, header: Some(language), .. } | Action::Header { what, language } => {
             let (model, subject, _, spec) = what.load()?;
             let text = header::declare(*language, subject, model.shape(), &spec.hash());
             std::io::stdout().lock().write_all(text.as_bytes())?;
             Ok(())
         }
-        Action::Gen {
-            what,
-            level,
-            seed,
-            count,
-            header: None,
-        } => generate(what, *level, *seed, *count),
-        Action::Check {
-            what,
-            against,
-            show,
-        } => check(what, *against, *show),
+        Action::Gen { what, level, seed, count, header: None } => {
+            generate(what, *level, *seed, *count)
+        }
+        Action::Check { what, against, show } => check(what, *against, *show),
     }
 }
 
@@ -135,14 +118,7 @@ fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<()
     let (mut model, subject, build, spec) = what.load()?;
     let schedule = Schedule::new(model.as_ref(), subject, level, seed);
     let count = count.unwrap_or_else(|| schedule.cases());
-    let header = Header {
-        subject,
-        unit: spec.hash(),
-        build,
-        level,
-        seed,
-        count,
-    };
+    let header = Header { subject, unit: spec.hash(), build, level, seed, count };
     let shape = model.shape().clone();
     let mut out = BufWriter::new(std::io::stdout().lock());
     out.write_all(header.text(&shape, what.format).as_bytes())?;
@@ -167,14 +143,7 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     let mut checker = Checker::new(model, subject, build, against == Against::F64);
     let mut out = BufWriter::new(std::io::stdout().lock());
     let mut reader = std::io::stdin().lock();
-    let judged = judge(
-        &mut checker,
-        &header,
-        what.format,
-        &mut reader,
-        &mut out,
-        show,
-    );
+    let judged = judge(&mut checker, &header, what.format, &mut reader, &mut out, show);
     out.flush()?;
     drop(out);
     let (cases, wrong) = judged?;
@@ -183,9 +152,7 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     }
     let judged = checker.summary();
     let hash = &header.unit;
-    super::note(&format!(
-        "{cases} cases, {wrong} wrong; unit {hash}{judged}"
-    ));
+    super::note(&format!("{cases} cases, {wrong} wrong; unit {hash}{judged}"));
     if wrong > 0 {
         return Err(Failure::Disagrees(format!(
             "{wrong} of {cases} cases of {} differ",
@@ -197,14 +164,7 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
 
 /// What a file for a subject in a unit must say.
 fn header_of(spec: &UnitSpec, subject: Subject, build: Build) -> Header {
-    Header {
-        subject,
-        unit: spec.hash(),
-        build,
-        level: 0,
-        seed: 0,
-        count: 0,
-    }
+    Header { subject, unit: spec.hash(), build, level: 0, seed: 0, count: 0 }
 }
 
 /// Bytes as `check eigen` would read them, in the format that their first one looks like.
@@ -216,24 +176,14 @@ pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     };
     let spec = UnitSpec::default();
     // `eigen` reads no memory.
-    let build = Build {
-        size: 1,
-        ..Build::default()
-    };
+    let build = Build { size: 1, ..Build::default() };
     let subject = Subject::parse("eigen")?;
     for exact in [false, true] {
         let model = bench::model(&spec, subject, build)?;
         let mut checker = Checker::new(model, subject, build, exact);
         let header = header_of(&spec, subject, build);
         let mut reader = bytes;
-        match judge(
-            &mut checker,
-            &header,
-            format,
-            &mut reader,
-            &mut std::io::sink(),
-            10,
-        ) {
+        match judge(&mut checker, &header, format, &mut reader, &mut std::io::sink(), 10) {
             Ok(_) | Err(Failure::Closed | Failure::Disagrees(_)) => {}
             Err(Failure::Input(error)) => return Err(error),
         }
@@ -264,22 +214,14 @@ fn judge(
     loop {
         bytes.clear();
         number += 1;
-        if (&mut *reader)
-            .take(MAX_LINE + 1)
-            .read_until(b'\n', &mut bytes)?
-            == 0
-        {
+        if (&mut *reader).take(MAX_LINE + 1).read_until(b'\n', &mut bytes)? == 0 {
             break;
         }
         let long = u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE;
         if long {
-            return Err(bad(
-                number,
-                1,
-                "a line of at most 1 MiB".into(),
-                "a longer one".into(),
-            )
-            .into());
+            return Err(
+                bad(number, 1, "a line of at most 1 MiB".into(), "a longer one".into()).into()
+            );
         }
         let Ok(line) = std::str::from_utf8(&bytes) else {
             return Err(bad(number, 1, "ASCII".into(), "other bytes".into()).into());

@@ -22,11 +22,7 @@ pub const FORMATS: [(&str, ConeFormat, StoreRounding); 5] = [
     ("f16", ConeFormat::F16, StoreRounding::Rne),
     ("bf16 rne", ConeFormat::Bf16, StoreRounding::Rne),
     ("bf16 truncate", ConeFormat::Bf16, StoreRounding::Truncate),
-    (
-        "bf16 stochastic",
-        ConeFormat::Bf16,
-        StoreRounding::Stochastic,
-    ),
+    ("bf16 stochastic", ConeFormat::Bf16, StoreRounding::Stochastic),
 ];
 
 /// First bounce of each group of bounces.
@@ -34,10 +30,7 @@ pub const GROUPS: [u32; 8] = [0, 1, 2, 4, 8, 16, 32, 64];
 
 /// The group of a bounce.
 fn group(bounce: u32) -> usize {
-    GROUPS
-        .iter()
-        .rposition(|first| bounce >= *first)
-        .unwrap_or(0)
+    GROUPS.iter().rposition(|first| bounce >= *first).unwrap_or(0)
 }
 
 /// One format at one group of bounces.
@@ -135,61 +128,45 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
             registers.ray(pixel * u64::from(scene.samples) + u64::from(sample));
             let mut exact = Vec::new();
             let lens = scene.camera.lens;
-            walk(
-                &mut doubles,
-                &settings.tex,
-                lens,
-                &path,
-                &mut |asked, cone| {
-                    if let Asked::Look(_) = asked {
-                        exact.push(cone.width.0);
-                    }
-                },
-            );
+            walk(&mut doubles, &settings.tex, lens, &path, &mut |asked, cone| {
+                if let Asked::Look(_) = asked {
+                    exact.push(cone.width.0);
+                }
+            });
             let mut next = exact.iter();
-            walk(
-                &mut registers,
-                &settings.tex,
-                lens,
-                &path,
-                &mut |asked, cone| {
-                    let Asked::Look(look) = asked else { return };
-                    let Some(&exact) = next.next() else { return };
-                    let map = &scene.textures[look.texture];
-                    let width = value(cfg.width(cone.width));
-                    let lod = |w: f64| {
-                        tex(&prepared, w, &look.fragment, map.size(), None, &mut NoTap).lod
-                    };
-                    let samples = &mut part.samples[group(look.bounce)];
-                    samples.lod.push(lod(width) - lod(exact));
-                    let relative = if exact == 0.0 {
-                        0.0
+            walk(&mut registers, &settings.tex, lens, &path, &mut |asked, cone| {
+                let Asked::Look(look) = asked else { return };
+                let Some(&exact) = next.next() else { return };
+                let map = &scene.textures[look.texture];
+                let width = value(cfg.width(cone.width));
+                let lod =
+                    |w: f64| tex(&prepared, w, &look.fragment, map.size(), None, &mut NoTap).lod;
+                let samples = &mut part.samples[group(look.bounce)];
+                samples.lod.push(lod(width) - lod(exact));
+                let relative =
+                    if exact == 0.0 { 0.0 } else { (width.abs() / exact.abs() - 1.0).abs() };
+                samples.width.push(relative);
+                let unit = &engine.textures[look.texture];
+                let Some(texture) = &unit.texture else { return };
+                // The doubles' width goes through the same unit, as near as its register holds it.
+                for (kind, w) in [width, exact].into_iter().enumerate() {
+                    let mut flags = rtl_model::fx::Flags::default();
+                    let cone = if kind == 0 {
+                        cone
                     } else {
-                        (width.abs() / exact.abs() - 1.0).abs()
+                        cfg.load([0, w.to_bits()], &mut cfg.dither(0), &mut flags)
                     };
-                    samples.width.push(relative);
-                    let unit = &engine.textures[look.texture];
-                    let Some(texture) = &unit.texture else { return };
-                    // The doubles' width goes through the same unit, as near as its register holds it.
-                    for (kind, w) in [width, exact].into_iter().enumerate() {
-                        let mut flags = rtl_model::fx::Flags::default();
-                        let cone = if kind == 0 {
-                            cone
-                        } else {
-                            cfg.load([0, w.to_bits()], &mut cfg.dither(0), &mut flags)
-                        };
-                        let request = [words(&look.fragment, cone)];
-                        let (state, _) = unit.address(&request);
-                        let key = (group(look.bounce), look.texture);
-                        let tiles = part.tiles[kind]
-                            .entry(key)
-                            .or_insert_with(|| Tiles::new(map, settings.tex.wrap));
-                        unit.unit.footprints(&state, 0, texture, &mut |at| {
-                            tiles.touch(at.level, at.texel);
-                        });
-                    }
-                },
-            );
+                    let request = [words(&look.fragment, cone)];
+                    let (state, _) = unit.address(&request);
+                    let key = (group(look.bounce), look.texture);
+                    let tiles = part.tiles[kind]
+                        .entry(key)
+                        .or_insert_with(|| Tiles::new(map, settings.tex.wrap));
+                    unit.unit.footprints(&state, 0, texture, &mut |at| {
+                        tiles.touch(at.level, at.texel);
+                    });
+                }
+            });
         }
     }
     part

@@ -41,13 +41,7 @@ const fn variant(
     cones: u32,
     note: Option<u32>,
 ) -> Variant {
-    Variant {
-        label,
-        scene,
-        metric,
-        cones,
-        note,
-    }
+    Variant { label, scene, metric, cones, note }
 }
 
 /// Every comparison.
@@ -118,8 +112,5 @@ pub fn render(
     let subject = TexSubject::new(scene, sky.clone());
     let engine = TexEngine::new(&spec, &subject)?;
     let settings = spec.settings(ReferenceAxis::Exact);
-    Ok(Taken {
-        requests: subject.requests,
-        rendering: subject.rtl(&engine, &settings, progress),
-    })
+    Ok(Taken { requests: subject.requests, rendering: subject.rtl(&engine, &settings, progress) })
 }

@@ -92,23 +92,15 @@ fn picture(spec: &UnitSpec, subject: &Subject, words: &[Words]) -> Option<Pictur
 
 fn part(name: String, a: &Picture, b: &Picture) -> Result<Part, InputError> {
     let pair = compare(a, b, 0.0)?;
-    Ok(Part {
-        name,
-        rmse: pair.rmse,
-        max_abs: pair.max_abs,
-    })
+    Ok(Part { name, rmse: pair.rmse, max_abs: pair.max_abs })
 }
 
 /// The parts of an ENV scene's error: stages, tables, what no word can mend; and the whole, last.
 pub fn attribute(spec: &UnitSpec, subject: &Subject) -> Result<Vec<Part>, InputError> {
     let size = u32::try_from(subject.map.size()).unwrap_or(u32::MAX);
     let needs = subject.needs();
-    let words: Vec<Words> = subject
-        .scene
-        .fragments
-        .iter()
-        .map(|f| encode::words(&f.fragment))
-        .collect();
+    let words: Vec<Words> =
+        subject.scene.fragments.iter().map(|f| encode::words(&f.fragment)).collect();
     let wide = widest(spec, needs, size);
     let settings = spec.settings(ReferenceAxis::Exact);
     let exact = F64Engine { settings }.render(subject, &|_| ()).picture;

@@ -52,11 +52,7 @@ pub struct Build {
 
 impl Default for Build {
     fn default() -> Self {
-        Self {
-            bump: true,
-            rough: true,
-            size: 32,
-        }
+        Self { bump: true, rough: true, size: 32 }
     }
 }
 
@@ -179,15 +175,9 @@ pub fn overlay(shape: &Shape, output: &[i64], probe: &mut RtlProbe) {
                 continue;
             };
             *code = if is_fraction {
-                Code {
-                    frac: *number,
-                    ..*code
-                }
+                Code { frac: *number, ..*code }
             } else {
-                Code {
-                    raw: *number,
-                    ..*code
-                }
+                Code { raw: *number, ..*code }
             };
         }
     }
@@ -197,10 +187,7 @@ pub fn overlay(shape: &Shape, output: &[i64], probe: &mut RtlProbe) {
 #[must_use]
 pub fn flag_names(names: &[&'static str], bits: i64) -> Vec<&'static str> {
     let set = |k: usize| bits >> k & 1 == 1;
-    (0..names.len().min(63))
-        .filter(|k| set(*k))
-        .map(|k| names[k])
-        .collect()
+    (0..names.len().min(63)).filter(|k| set(*k)).map(|k| names[k]).collect()
 }
 
 /// Copies words to numbers.

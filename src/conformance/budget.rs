@@ -102,9 +102,7 @@ fn note(config: &Config, rows: &mut Rows, finding: &Finding) {
         return;
     }
     let place = finding.reg.map_or(0, Reg::index);
-    let bits = finding
-        .reg
-        .map_or(16, |reg| config.format(reg).magnitude_bits());
+    let bits = finding.reg.map_or(16, |reg| config.format(reg).magnitude_bits());
     rows.entry((finding.stage, place, finding.name))
         .or_insert_with(|| Row {
             stage: finding.stage,
@@ -126,16 +124,9 @@ pub fn registers(
     seed: u64,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Row>, InputError> {
-    let subjects = [
-        Subject::Env,
-        Subject::Hit,
-        Subject::Tex,
-        Subject::Stage(Stage::RayCone),
-    ];
-    let jobs: Vec<(Subject, Class)> = subjects
-        .into_iter()
-        .flat_map(|subject| Class::ALL.map(|class| (subject, class)))
-        .collect();
+    let subjects = [Subject::Env, Subject::Hit, Subject::Tex, Subject::Stage(Stage::RayCone)];
+    let jobs: Vec<(Subject, Class)> =
+        subjects.into_iter().flat_map(|subject| Class::ALL.map(|class| (subject, class))).collect();
     let parts: Vec<Result<Rows, InputError>> = jobs
         .par_iter()
         .map(|(subject, class)| {
@@ -158,11 +149,7 @@ pub fn registers(
 /// Budgets of the registers of ENV over the fragments of a scene, in pipeline order. The texels are those of the benches.
 pub fn scene(spec: &UnitSpec, subject: &Scene) -> Result<Vec<Row>, InputError> {
     let needs = subject.needs();
-    let build = Build {
-        bump: needs.bump,
-        rough: needs.rough,
-        ..Build::default()
-    };
+    let build = Build { bump: needs.bump, rough: needs.rough, ..Build::default() };
     let parts: Vec<Result<Rows, InputError>> = subject
         .scene
         .fragments
@@ -187,9 +174,7 @@ fn merged(parts: Vec<Result<Rows, InputError>>) -> Result<Vec<Row>, InputError> 
     let mut all = Rows::new();
     for part in parts {
         for (key, row) in part? {
-            all.entry(key)
-                .and_modify(|seen| seen.merge(&row))
-                .or_insert(row);
+            all.entry(key).and_modify(|seen| seen.merge(&row)).or_insert(row);
         }
     }
     Ok(all.into_values().collect())

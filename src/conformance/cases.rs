@@ -22,12 +22,7 @@ pub enum Class {
 
 impl Class {
     /// Every class.
-    pub const ALL: [Self; 4] = [
-        Self::Ordinary,
-        Self::Exponents,
-        Self::Patterns,
-        Self::Extremes,
-    ];
+    pub const ALL: [Self; 4] = [Self::Ordinary, Self::Exponents, Self::Patterns, Self::Extremes];
 
     /// The name in a suite.
     #[must_use]
@@ -65,12 +60,7 @@ pub struct Place {
 
 /// The numbers of a case that a model's bench of `subject` takes.
 pub fn fill(model: &mut dyn Model, subject: Subject, place: Place, input: &mut [i64]) {
-    let Place {
-        class,
-        level,
-        seed,
-        index,
-    } = place;
+    let Place { class, level, seed, index } = place;
     let mut random = Random::of_case(seed, class.salt(), index);
     let stimulus = match class {
         Class::Ordinary | Class::Patterns => ordinary(subject, &mut random),
@@ -108,12 +98,7 @@ impl Schedule {
     #[must_use]
     pub fn new(model: &dyn Model, subject: Subject, level: u32, seed: u64) -> Self {
         let turns = if level > 1 { 48 } else { 1 };
-        Self {
-            extremes: rows(subject) * turns,
-            patterns: sweep_len(model, level),
-            level,
-            seed,
-        }
+        Self { extremes: rows(subject) * turns, patterns: sweep_len(model, level), level, seed }
     }
 
     /// Cases that cover the level.
@@ -132,19 +117,10 @@ impl Schedule {
             (Class::Patterns, index - self.extremes)
         } else {
             let k = index - self.extremes - self.patterns;
-            let class = if k.is_multiple_of(2) {
-                Class::Ordinary
-            } else {
-                Class::Exponents
-            };
+            let class = if k.is_multiple_of(2) { Class::Ordinary } else { Class::Exponents };
             (class, k / 2)
         };
-        Place {
-            class,
-            level: self.level,
-            seed: self.seed,
-            index,
-        }
+        Place { class, level: self.level, seed: self.seed, index }
     }
 }
 

@@ -50,10 +50,7 @@ fn sweep(binades: u32, error: impl Fn(i64, f64) -> f64 + Sync) -> (u64, f64) {
         .map(|k| {
             let (binade, step) = (k / count, k % count);
             let code = i64::from((count + step) << binade) << lift;
-            let x = libm::ldexp(
-                f64::from(count + step),
-                i32::try_from(binade).unwrap_or(0) - 23,
-            );
+            let x = libm::ldexp(f64::from(count + step), i32::try_from(binade).unwrap_or(0) - 23);
             error(code, x)
         })
         .reduce(|| 0.0, f64::max);
@@ -80,25 +77,15 @@ fn tables(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
             inputs,
             bound,
             worst,
-            unit: if name == "log2" {
-                "absolute"
-            } else {
-                "relative"
-            },
+            unit: if name == "log2" { "absolute" } else { "relative" },
         });
     };
-    add("recip", 1, bounds.recip, &|code, x| {
-        (real(roms.recip.recip(code)) * x - 1.0).abs()
-    });
-    add("rsqrt", 2, bounds.rsqrt, &|code, x| {
-        (real(roms.rsqrt.rsqrt(code)) * x.sqrt() - 1.0).abs()
-    });
+    add("recip", 1, bounds.recip, &|code, x| (real(roms.recip.recip(code)) * x - 1.0).abs());
+    add("rsqrt", 2, bounds.rsqrt, &|code, x| (real(roms.rsqrt.rsqrt(code)) * x.sqrt() - 1.0).abs());
     add("sqrt", 2, bounds.sqrt, &|code, x| {
         (real(roms.sqrt.sqrt(code, &roms.rsqrt)) / x.sqrt() - 1.0).abs()
     });
-    add("log2", 1, bounds.log2, &|code, x| {
-        (real(roms.log2.log2(code)) - libm::log2(x)).abs()
-    });
+    add("log2", 1, bounds.log2, &|code, x| (real(roms.log2.log2(code)) - libm::log2(x)).abs());
 }
 
 /// The angle table's entries against sine and cosine.
@@ -112,9 +99,7 @@ fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
         let angle = libm::atan2(s, c);
         let step = std::f64::consts::FRAC_PI_2 / f64::from(spec.config.tables.eigen.entries);
         let place = (2.0 * angle / step).round() * step / 2.0;
-        let error = (c - libm::cos(place))
-            .abs()
-            .max((s - libm::sin(place)).abs());
+        let error = (c - libm::cos(place)).abs().max((s - libm::sin(place)).abs());
         worst = worst.max(libm::ldexp(error, frac));
     }
     let inputs = u64::try_from(roms.angle.angles.len()).unwrap_or(0);
@@ -130,10 +115,7 @@ fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
 
 /// Gaussian weights: their sums and their shapes.
 fn probe_weights(spec: &UnitSpec, out: &mut Vec<Certified>) {
-    let (bits, feline) = (
-        spec.config.probe_weight_bits,
-        spec.config.count == Count::Feline,
-    );
+    let (bits, feline) = (spec.config.probe_weight_bits, spec.config.count == Count::Feline);
     let (mut inputs, mut off) = (0, 0);
     for count in 1..=spec.config.max_probes {
         let table = weights(count, bits, feline);
@@ -170,11 +152,7 @@ fn levels(spec: &UnitSpec, out: &mut Vec<Certified>) -> Result<(), InputError> {
         let held = level + libm::ldexp(weight, -bits);
         worst = worst.max((libm::ldexp(lod, -frac) - held).abs());
     }
-    let bound = if bits >= frac {
-        0.0
-    } else {
-        libm::ldexp(0.5, -bits)
-    };
+    let bound = if bits >= frac { 0.0 } else { libm::ldexp(0.5, -bits) };
     out.push(Certified {
         name: "filter.level".into(),
         domain: "LOD codes".into(),

@@ -90,11 +90,7 @@ pub fn beyond(findings: &[Finding]) -> Option<Difference> {
     let mut wrong = findings.iter().filter(|f| !f.holds());
     let first = wrong.next()?;
     let width = |x: f64| {
-        if x.abs() < 1e15 {
-            format!("{x:.3}")
-        } else {
-            format!("{x:.6e}")
-        }
+        if x.abs() < 1e15 { format!("{x:.3}") } else { format!("{x:.6e}") }
     };
     Some(Difference {
         stage: first.stage,
@@ -184,12 +180,7 @@ impl Checker {
             Some(judge) => {
                 let mut probe = self.model.probe().clone();
                 overlay(shape, observed, &mut probe);
-                let case = Case {
-                    shape,
-                    input,
-                    output: observed,
-                    probe: &probe,
-                };
+                let case = Case { shape, input, output: observed, probe: &probe };
                 let findings = judge.judge(self.model.config(), &case);
                 self.judged += u64::try_from(findings.len()).unwrap_or(0);
                 beyond(&findings)

@@ -29,10 +29,7 @@ struct Lane {
 
 impl Lane {
     fn new(spec: &UnitSpec, build: Build) -> Result<Self, InputError> {
-        let needs = Needs {
-            bump: build.bump,
-            rough: build.rough,
-        };
+        let needs = Needs { bump: build.bump, rough: build.rough };
         let map = memory::cube(build.size);
         Ok(Self {
             unit: Unit::new(&spec.config, needs, build.size).map_err(refused)?,
@@ -62,23 +59,13 @@ impl Lane {
 
     fn alone(&mut self, stage: Alone) -> Flags {
         let texture = Some(&self.texture);
-        self.unit.alone(
-            stage,
-            &mut self.state,
-            texture,
-            &mut self.out,
-            &mut self.probe,
-        )
+        self.unit.alone(stage, &mut self.state, texture, &mut self.out, &mut self.probe)
     }
 
     fn extra(&mut self) -> Extra {
         let mut face = [0];
         Wire::Face.get(&mut self.state, &mut face);
-        Extra {
-            face: face[0],
-            count: self.state.line.count[0],
-            ..Extra::default()
-        }
+        Extra { face: face[0], count: self.state.line.count[0], ..Extra::default() }
     }
 
     /// Fields of the registers that a stage writes in this unit. Which it writes depends on the configuration alone: an
@@ -157,18 +144,10 @@ impl EnvStage {
         lane.run(&ordinary(), Some(at));
         lane.probe.clear();
         lane.alone(at);
-        let inputs = wires
-            .iter()
-            .map(|wire| Field::wire(&lane.config, stage, *wire))
-            .collect();
+        let inputs = wires.iter().map(|wire| Field::wire(&lane.config, stage, *wire)).collect();
         let mut outputs = Vec::new();
         lane.outputs(stage, &mut outputs);
-        Ok(Self {
-            lane,
-            stage: at,
-            wires,
-            shape: Shape { inputs, outputs },
-        })
+        Ok(Self { lane, stage: at, wires, shape: Shape { inputs, outputs } })
     }
 }
 
@@ -249,12 +228,7 @@ impl EnvUnit {
             inputs.push(word(Stage::Bump, "b", 2, "bump offsets"));
         }
         if lane.needs.rough {
-            inputs.push(word(
-                Stage::Roughness,
-                "d",
-                3,
-                "d1, d2, d3 of the roughness",
-            ));
+            inputs.push(word(Stage::Roughness, "d", 3, "d1, d2, d3 of the roughness"));
         }
         let mut outputs = Vec::new();
         for stage in Subject::Env.stages() {
@@ -267,10 +241,7 @@ impl EnvUnit {
                 field.name = format!("{}.{}", stage.name(), field.name);
             }
         }
-        Ok(Self {
-            lane,
-            shape: Shape { inputs, outputs },
-        })
+        Ok(Self { lane, shape: Shape { inputs, outputs } })
     }
 
     /// The tables, to be changed by who tests the judges.
@@ -324,20 +295,10 @@ impl Model for EnvUnit {
             return;
         };
         let needs = self.lane.needs;
-        let always = [
-            words.v,
-            words.n,
-            words.dv[0],
-            words.dv[1],
-            words.dn[0],
-            words.dn[1],
-        ];
+        let always = [words.v, words.n, words.dv[0], words.dv[1], words.dn[0], words.dn[1]];
         let h = words.h.into_iter().filter(|_| needs.frame());
         let b = words.b.into_iter().filter(|_| needs.bump);
         let d = words.d.into_iter().filter(|_| needs.rough);
-        put_words(
-            always.into_iter().flatten().chain(h).chain(b).chain(d),
-            input,
-        );
+        put_words(always.into_iter().flatten().chain(h).chain(b).chain(d), input);
     }
 }

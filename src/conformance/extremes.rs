@@ -18,11 +18,7 @@ pub const PLAIN: Fragment = Fragment {
 /// D = [[p, q], [r, s]] seen straight on, where D = (2∂n_x, −2∂n_y).
 #[must_use]
 pub fn straight([[p, q], [r, s]]: [[f64; 2]; 2]) -> Fragment {
-    Fragment {
-        dn_dx: [p / 2.0, -r / 2.0, 0.0],
-        dn_dy: [q / 2.0, -s / 2.0, 0.0],
-        ..PLAIN
-    }
+    Fragment { dn_dx: [p / 2.0, -r / 2.0, 0.0], dn_dy: [q / 2.0, -s / 2.0, 0.0], ..PLAIN }
 }
 
 /// The next double away from zero.
@@ -49,12 +45,7 @@ fn rough(bump: [f64; 2], rough: [f64; 3]) -> Fragment {
 
 /// v with a reflection along (x, y, z): n = +z, v = (−x, −y, z).
 fn along([x, y, z]: [f64; 3]) -> Fragment {
-    Fragment {
-        v: [-x, -y, z],
-        dn_dx: [0.01, 0.0, 0.0],
-        dn_dy: [0.0, 0.01, 0.0],
-        ..PLAIN
-    }
+    Fragment { v: [-x, -y, z], dn_dx: [0.01, 0.0, 0.0], dn_dy: [0.0, 0.01, 0.0], ..PLAIN }
 }
 
 /// Rows of ENV.
@@ -80,67 +71,26 @@ pub fn env() -> Vec<(&'static str, Fragment)> {
     vec![
         ("K = 0", PLAIN),
         ("K isotropic", straight([[0.5, 0.0], [0.0, 0.5]])),
-        (
-            "K isotropic, turned",
-            straight([[0.25, -0.25], [0.25, 0.25]]),
-        ),
+        ("K isotropic, turned", straight([[0.25, -0.25], [0.25, 0.25]])),
         ("a = c, b > 0", straight([[0.5, 0.25], [0.25, 0.5]])),
         ("a = c, b < 0", straight([[0.5, -0.25], [-0.25, 0.5]])),
         ("K of rank 1", straight([[0.375, 0.0], [0.5, 0.0]])),
         ("λ ratio 10⁶", straight([[1.0, 0.0], [0.0, 1e-6]])),
-        (
-            "silhouette",
-            Fragment {
-                v: [1.0, 0.0, 1e-10],
-                ..straight([[0.1, 0.0], [0.0, 0.1]])
-            },
-        ),
+        ("silhouette", Fragment { v: [1.0, 0.0, 1e-10], ..straight([[0.1, 0.0], [0.0, 0.1]]) }),
         (
             "silhouette exactly",
-            Fragment {
-                v: [1.0, 0.0, 0.0],
-                ..straight([[0.1, 0.0], [0.0, 0.1]])
-            },
+            Fragment { v: [1.0, 0.0, 0.0], ..straight([[0.1, 0.0], [0.0, 0.1]]) },
         ),
-        (
-            "n·v < 0",
-            Fragment {
-                n: [0.1, 0.2, -1.0],
-                ..straight([[0.1, 0.0], [0.0, 0.1]])
-            },
-        ),
-        (
-            "v_r = 0, v = 0",
-            Fragment {
-                v: [0.0; 3],
-                ..straight([[0.1, 0.0], [0.0, 0.1]])
-            },
-        ),
-        (
-            "v_r = 0, n = 0",
-            Fragment {
-                n: [0.0; 3],
-                ..straight([[0.1, 0.0], [0.0, 0.1]])
-            },
-        ),
-        (
-            "−0",
-            Fragment {
-                v: [-0.0, -0.0, 1.0],
-                n: [-0.0, -0.0, 1.0],
-                dn_dx: [-0.0; 3],
-                ..PLAIN
-            },
-        ),
+        ("n·v < 0", Fragment { n: [0.1, 0.2, -1.0], ..straight([[0.1, 0.0], [0.0, 0.1]]) }),
+        ("v_r = 0, v = 0", Fragment { v: [0.0; 3], ..straight([[0.1, 0.0], [0.0, 0.1]]) }),
+        ("v_r = 0, n = 0", Fragment { n: [0.0; 3], ..straight([[0.1, 0.0], [0.0, 0.1]]) }),
+        ("−0", Fragment { v: [-0.0, -0.0, 1.0], n: [-0.0, -0.0, 1.0], dn_dx: [-0.0; 3], ..PLAIN }),
         ("|n| = 2⁻¹⁰", scaled(-10)),
         ("|n| = 2¹⁰", scaled(10)),
         ("|n| = 2⁻¹⁰⁰⁰", scaled(-1000)),
         ("|n| = 2¹⁰⁰⁰", scaled(1000)),
         ("|∂n| ≫ |n|", straight([[256.0, 0.0], [0.0, 100.0]])),
-        (
-            "|∂n| beyond its register",
-            straight([[1e6, 0.0], [0.0, 1e9]]),
-        ),
+        ("|∂n| beyond its register", straight([[1e6, 0.0], [0.0, 1e9]])),
         ("|b| = 14", rough([14.0, 0.0], [0.01, 0.0, 0.01])),
         ("|b| = 14, both", rough([9.9, -9.9], [0.01, 0.0, 0.01])),
         (
@@ -158,76 +108,36 @@ pub fn env() -> Vec<(&'static str, Fragment)> {
         ("count at a boundary", wide(3.0 / 64.0)),
         ("count one ulp above a boundary", wide(up(3.0 / 64.0))),
         ("count one ulp below a boundary", wide(down(3.0 / 64.0))),
-        (
-            "count at 2⁻⁸ beyond a boundary",
-            wide((3.0 + 1.0 / 256.0) / 64.0),
-        ),
+        ("count at 2⁻⁸ beyond a boundary", wide((3.0 + 1.0 / 256.0) / 64.0)),
         ("equal components, all", along([1.0, 1.0, 1.0])),
         ("equal components, x and z", along([1.0, 0.5, 1.0])),
         ("equal components, x and y", along([1.0, 1.0, 0.5])),
         ("one ulp inside an edge", along([down(1.0), 0.5, 1.0])),
         ("one ulp outside an edge", along([up(1.0), 0.5, 1.0])),
-        (
-            "one ulp inside a corner",
-            along([down(1.0), down(1.0), 1.0]),
-        ),
+        ("one ulp inside a corner", along([down(1.0), down(1.0), 1.0])),
         ("one ulp outside a corner", along([up(1.0), up(1.0), 1.0])),
         (
             "a probe line over an edge",
-            Fragment {
-                dn_dx: [1.0, 0.0, 0.0],
-                dn_dy: [0.0, 0.01, 0.0],
-                ..along([0.9, 0.1, 1.0])
-            },
+            Fragment { dn_dx: [1.0, 0.0, 0.0], dn_dy: [0.0, 0.01, 0.0], ..along([0.9, 0.1, 1.0]) },
         ),
         (
             "a probe line over two edges",
-            Fragment {
-                dn_dx: [2.0, 2.0, 0.0],
-                dn_dy: [0.01, 0.0, 0.0],
-                ..along([0.9, 0.9, 1.0])
-            },
+            Fragment { dn_dx: [2.0, 2.0, 0.0], dn_dy: [0.01, 0.0, 0.0], ..along([0.9, 0.9, 1.0]) },
         ),
-        (
-            "h ∥ n",
-            Fragment {
-                h: Some([0.0, 0.0, 3.0]),
-                ..rough([0.1, 0.1], [0.1, 0.0, 0.1])
-            },
-        ),
-        (
-            "h = 0",
-            Fragment {
-                h: Some([0.0; 3]),
-                ..rough([0.1, 0.1], [0.1, 0.0, 0.1])
-            },
-        ),
+        ("h ∥ n", Fragment { h: Some([0.0, 0.0, 3.0]), ..rough([0.1, 0.1], [0.1, 0.0, 0.1]) }),
+        ("h = 0", Fragment { h: Some([0.0; 3]), ..rough([0.1, 0.1], [0.1, 0.0, 0.1]) }),
         (
             "h ∥ n but for an ulp",
-            Fragment {
-                h: Some([f64::EPSILON, 0.0, 1.0]),
-                ..rough([0.1, 0.1], [0.1, 0.0, 0.1])
-            },
+            Fragment { h: Some([f64::EPSILON, 0.0, 1.0]), ..rough([0.1, 0.1], [0.1, 0.0, 0.1]) },
         ),
         ("roughness with c = 0", rough([0.0, 0.0], [0.25, 0.0, 0.0])),
         ("roughness of rank 1", rough([0.0, 0.0], [0.0, 0.25, 0.25])),
         ("roughness 0", rough([0.5, 0.5], [0.0; 3])),
         (
             "not finite",
-            Fragment {
-                v: [f64::INFINITY, 1.0, f64::NAN],
-                dn_dx: [f64::NAN; 3],
-                ..PLAIN
-            },
+            Fragment { v: [f64::INFINITY, 1.0, f64::NAN], dn_dx: [f64::NAN; 3], ..PLAIN },
         ),
-        (
-            "subnormal",
-            Fragment {
-                v: [5e-324, 0.0, 1e-310],
-                n: [0.0, 5e-324, 0.0],
-                ..PLAIN
-            },
-        ),
+        ("subnormal", Fragment { v: [5e-324, 0.0, 1e-310], n: [0.0, 5e-324, 0.0], ..PLAIN }),
         (
             "largest",
             Fragment {
@@ -243,70 +153,33 @@ pub fn env() -> Vec<(&'static str, Fragment)> {
 /// Rows of HIT in the room of half edges 3, 2, 4.
 #[must_use]
 pub fn hit() -> Vec<(&'static str, HitFragment)> {
-    let ray = |x: [f64; 3], r: [f64; 3]| HitFragment {
-        x,
-        r,
-        cone: Some([0.01, 0.05]),
-    };
+    let ray = |x: [f64; 3], r: [f64; 3]| HitFragment { x, r, cone: Some([0.01, 0.05]) };
     vec![
         ("x = 0", ray([0.0; 3], [1.0, 0.5, 0.25])),
         ("R along an axis", ray([0.5, 0.25, 1.0], [0.0, 0.0, -1.0])),
         ("R = 0", ray([0.5, 0.25, 1.0], [0.0; 3])),
         ("x at the surface", ray([0.0, 0.0, 4.0], [0.5, 0.25, -1.0])),
-        (
-            "p_un = 1 − τ",
-            ray([0.0, 0.0, 4.0 * (1.0 - 1.0 / 1024.0)], [0.5, 0.25, -1.0]),
-        ),
-        (
-            "p_un = 1 + τ",
-            ray([0.0, 0.0, 4.0 * (1.0 + 1.0 / 1024.0)], [0.5, 0.25, -1.0]),
-        ),
-        (
-            "x beyond the surface",
-            ray([0.0, 0.0, 4.5], [0.0, 0.0, 1.0]),
-        ),
+        ("p_un = 1 − τ", ray([0.0, 0.0, 4.0 * (1.0 - 1.0 / 1024.0)], [0.5, 0.25, -1.0])),
+        ("p_un = 1 + τ", ray([0.0, 0.0, 4.0 * (1.0 + 1.0 / 1024.0)], [0.5, 0.25, -1.0])),
+        ("x beyond the surface", ray([0.0, 0.0, 4.5], [0.0, 0.0, 1.0])),
         ("x far outside", ray([40.0, -30.0, 100.0], [1.0, 1.0, 1.0])),
         ("grazing", ray([0.0, 1.999, 0.0], [1.0, 1e-4, 0.5])),
-        (
-            "grazing along the wall",
-            ray([0.0, 1.99, 0.0], [1.0, 0.0, 0.0]),
-        ),
-        (
-            "R of length 2⁻³⁰⁰",
-            ray([0.5, 0.25, 1.0], [1e-90, -1e-90, 2e-90]),
-        ),
-        (
-            "R of length 2³⁰⁰",
-            ray([0.5, 0.25, 1.0], [1e90, -1e90, 2e90]),
-        ),
+        ("grazing along the wall", ray([0.0, 1.99, 0.0], [1.0, 0.0, 0.0])),
+        ("R of length 2⁻³⁰⁰", ray([0.5, 0.25, 1.0], [1e-90, -1e-90, 2e-90])),
+        ("R of length 2³⁰⁰", ray([0.5, 0.25, 1.0], [1e90, -1e90, 2e90])),
         ("x subnormal", ray([5e-324, 0.0, -5e-324], [1.0, 2.0, 3.0])),
         ("x = −0", ray([-0.0; 3], [-1.0, -0.0, 0.0])),
-        (
-            "not finite",
-            ray([f64::NAN, 0.0, 1.0], [f64::INFINITY, 1.0, 0.0]),
-        ),
+        ("not finite", ray([f64::NAN, 0.0, 1.0], [f64::INFINITY, 1.0, 0.0])),
         ("into a corner", ray([0.1, 0.2, 0.3], [3.0, 2.0, 4.0])),
         ("into an edge", ray([0.0; 3], [3.0, 2.0, 0.0])),
-        (
-            "no cone",
-            HitFragment {
-                cone: None,
-                ..ray([0.5, 0.25, 1.0], [1.0, 1.0, 1.0])
-            },
-        ),
+        ("no cone", HitFragment { cone: None, ..ray([0.5, 0.25, 1.0], [1.0, 1.0, 1.0]) }),
         (
             "cone of width 0",
-            HitFragment {
-                cone: Some([0.0, 0.0]),
-                ..ray([0.5, 0.25, 1.0], [1.0, 0.3, 0.2])
-            },
+            HitFragment { cone: Some([0.0, 0.0]), ..ray([0.5, 0.25, 1.0], [1.0, 0.3, 0.2]) },
         ),
         (
             "cone through its waist",
-            HitFragment {
-                cone: Some([-0.125, 0.1]),
-                ..ray([0.5, 0.25, 1.0], [1.0, 0.3, 0.2])
-            },
+            HitFragment { cone: Some([-0.125, 0.1]), ..ray([0.5, 0.25, 1.0], [1.0, 0.3, 0.2]) },
         ),
     ]
 }
@@ -345,140 +218,30 @@ pub fn tex() -> Vec<(&'static str, Request)> {
     let slant = [0.6, 0.0, -0.8];
     vec![
         ("D ∥ N", f),
-        (
-            "D·N = 0",
-            Request {
-                d: [1.0, 0.0, 0.0],
-                ..f
-            },
-        ),
-        (
-            "grazing",
-            Request {
-                d: [1.0, 0.25, -1e-3],
-                ..f
-            },
-        ),
-        (
-            "w = 0",
-            Request {
-                width: 0.0,
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "w < 0",
-            Request {
-                width: -0.01,
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "w subnormal",
-            Request {
-                width: libm::ldexp(1.0, -130),
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "w at its largest",
-            Request {
-                width: f64::MAX,
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "∂P/∂s ∥ ∂P/∂t",
-            Request {
-                tangents: [[1.0, 2.0, 0.0], [2.0, 4.0, 0.0]],
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "∂P/∂s = 0",
-            Request {
-                tangents: [[0.0; 3], [0.0, 1.0, 0.0]],
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "∂P = 0",
-            Request {
-                tangents: [[0.0; 3]; 2],
-                d: slant,
-                ..f
-            },
-        ),
+        ("D·N = 0", Request { d: [1.0, 0.0, 0.0], ..f }),
+        ("grazing", Request { d: [1.0, 0.25, -1e-3], ..f }),
+        ("w = 0", Request { width: 0.0, d: slant, ..f }),
+        ("w < 0", Request { width: -0.01, d: slant, ..f }),
+        ("w subnormal", Request { width: libm::ldexp(1.0, -130), d: slant, ..f }),
+        ("w at its largest", Request { width: f64::MAX, d: slant, ..f }),
+        ("∂P/∂s ∥ ∂P/∂t", Request { tangents: [[1.0, 2.0, 0.0], [2.0, 4.0, 0.0]], d: slant, ..f }),
+        ("∂P/∂s = 0", Request { tangents: [[0.0; 3], [0.0, 1.0, 0.0]], d: slant, ..f }),
+        ("∂P = 0", Request { tangents: [[0.0; 3]; 2], d: slant, ..f }),
         (
             "nearly parallel ∂P",
-            Request {
-                tangents: [[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0]],
-                d: slant,
-                ..f
-            },
+            Request { tangents: [[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0]], d: slant, ..f },
         ),
         (
             "∂P of 2⁻³⁰⁰ and 2³⁰⁰",
-            Request {
-                tangents: [[1e-90, 0.0, 0.0], [0.0, 1e90, 0.0]],
-                d: slant,
-                ..f
-            },
+            Request { tangents: [[1e-90, 0.0, 0.0], [0.0, 1e90, 0.0]], d: slant, ..f },
         ),
         ("D = 0", Request { d: [0.0; 3], ..f }),
         ("N = 0", Request { n: [0.0; 3], ..f }),
-        (
-            "not finite",
-            Request {
-                d: [f64::NAN, 1.0, f64::INFINITY],
-                ..f
-            },
-        ),
-        (
-            "triangle",
-            Request {
-                edge: Some([1.0, 0.0, 0.0, 1.0]),
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "triangle without texture coordinates",
-            Request {
-                edge: Some([0.0; 4]),
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "s and t at the edge",
-            Request {
-                st: [0.0, 1.0],
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "s and t far outside",
-            Request {
-                st: [300.7, -411.3],
-                d: slant,
-                ..f
-            },
-        ),
-        (
-            "s and t beyond their registers",
-            Request {
-                st: [1e6, -1e9],
-                d: slant,
-                ..f
-            },
-        ),
+        ("not finite", Request { d: [f64::NAN, 1.0, f64::INFINITY], ..f }),
+        ("triangle", Request { edge: Some([1.0, 0.0, 0.0, 1.0]), d: slant, ..f }),
+        ("triangle without texture coordinates", Request { edge: Some([0.0; 4]), d: slant, ..f }),
+        ("s and t at the edge", Request { st: [0.0, 1.0], d: slant, ..f }),
+        ("s and t far outside", Request { st: [300.7, -411.3], d: slant, ..f }),
+        ("s and t beyond their registers", Request { st: [1e6, -1e9], d: slant, ..f }),
     ]
 }

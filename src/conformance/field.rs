@@ -38,21 +38,13 @@ impl Meaning {
     /// The register whose codes or mantissas they are.
     #[must_use]
     pub fn register(&self) -> Option<Reg> {
-        if let Self::Code(reg) | Self::Mantissa(reg) = self {
-            Some(*reg)
-        } else {
-            None
-        }
+        if let Self::Code(reg) | Self::Mantissa(reg) = self { Some(*reg) } else { None }
     }
 
     /// Names of choices or flags.
     #[must_use]
     pub fn names(&self) -> &[&'static str] {
-        if let Self::Choice(names) | Self::Flags(names) = self {
-            names
-        } else {
-            &[]
-        }
+        if let Self::Choice(names) | Self::Flags(names) = self { names } else { &[] }
     }
 }
 
@@ -170,14 +162,7 @@ impl Field {
             let text = format!("fraction bits of {} in true units", info.name);
             let groups = components / group(reg);
             let bits = (true, POWER_BITS);
-            out.push(Self::new(
-                stage,
-                name,
-                groups,
-                bits,
-                Meaning::Fraction(reg),
-                text,
-            ));
+            out.push(Self::new(stage, name, groups, bits, Meaning::Fraction(reg), text));
         }
     }
 
@@ -226,14 +211,7 @@ impl Field {
             .collect();
         let bits = u32::try_from(names.len().max(1)).unwrap_or(63);
         let text = "sticky flags: bit k is set where the k-th register left its range or the event happened";
-        Self::new(
-            stage,
-            "flags",
-            1,
-            (false, bits),
-            Meaning::Flags(names),
-            text,
-        )
+        Self::new(stage, "flags", 1, (false, bits), Meaning::Flags(names), text)
     }
 
     /// Hexadecimal digits of one number in a vector file.
@@ -277,10 +255,7 @@ pub fn events(stage: Stage) -> impl Iterator<Item = Event> {
 
 /// Registers of a stage, in order.
 pub fn registers(stage: Stage) -> impl Iterator<Item = Reg> {
-    Reg::ALL
-        .iter()
-        .copied()
-        .filter(move |reg| reg.info().stage == stage.name())
+    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage.name())
 }
 
 /// What a stage yields beside its registers: a face, or a count of at least `least` probes.
@@ -288,12 +263,7 @@ pub fn registers(stage: Stage) -> impl Iterator<Item = Reg> {
 pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
     if stage == Stage::CubeFace {
         let names = crate::cube::FACE_NAMES.to_vec();
-        Some(Field::choice(
-            stage,
-            "face",
-            names,
-            "face that the direction meets",
-        ))
+        Some(Field::choice(stage, "face", names, "face that the direction meets"))
     } else if stage == Stage::Footprint {
         let most = i64::from(config.max_probes);
         Some(Field::count(stage, "count", [least, most], "probes"))
@@ -306,11 +276,7 @@ pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
 #[must_use]
 pub fn components(config: &Config, stage: Stage, reg: Reg) -> usize {
     let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
-    let probes = if per_probe {
-        usize::try_from(config.max_probes).unwrap_or(1)
-    } else {
-        1
-    };
+    let probes = if per_probe { usize::try_from(config.max_probes).unwrap_or(1) } else { 1 };
     probes * reg.info().components
 }
 

@@ -49,9 +49,7 @@ struct Reals<'a>(std::slice::Iter<'a, i64>);
 
 impl Reals<'_> {
     fn next(&mut self) -> f64 {
-        self.0
-            .next()
-            .map_or(0.0, |x| f64::from_bits(x.cast_unsigned()))
+        self.0.next().map_or(0.0, |x| f64::from_bits(x.cast_unsigned()))
     }
 
     fn many<const N: usize>(&mut self) -> [f64; N] {
@@ -59,10 +57,7 @@ impl Reals<'_> {
     }
 
     fn code(&mut self) -> u32 {
-        self.0
-            .next()
-            .and_then(|x| u32::try_from(*x).ok())
-            .unwrap_or(0)
+        self.0.next().and_then(|x| u32::try_from(*x).ok()).unwrap_or(0)
     }
 }
 
@@ -84,11 +79,7 @@ fn fragment(input: &[i64], parts: bool) -> Fragment {
 fn ray(input: &[i64]) -> HitFragment {
     let mut reals = Reals(input.iter());
     let (x, r, cone) = (reals.many(), reals.many(), reals.many());
-    HitFragment {
-        x,
-        r,
-        cone: (reals.code() == 1).then_some(cone),
-    }
+    HitFragment { x, r, cone: (reals.code() == 1).then_some(cone) }
 }
 
 fn request(spec: &UnitSpec, input: &[i64]) -> (TexFragment, f64) {
@@ -97,10 +88,7 @@ fn request(spec: &UnitSpec, input: &[i64]) -> (TexFragment, f64) {
     let (d, n, dp_ds, dp_dt) = (reals.many(), reals.many(), reals.many(), reals.many());
     let [s_b, s_c, t_b, t_c] = reals.many();
     let tangents = if reals.code() == 1 {
-        Tangents::Triangle {
-            edges: [dp_ds, dp_dt],
-            st: [[s_b, t_b], [s_c, t_c]],
-        }
+        Tangents::Triangle { edges: [dp_ds, dp_dt], st: [[s_b, t_b], [s_c, t_c]] }
     } else {
         Tangents::Surface { dp_ds, dp_dt }
     };
@@ -118,17 +106,10 @@ fn operation(spec: &UnitSpec, input: &[i64]) -> (Cone, Step) {
     let step = match operation {
         0 => Step::Propagate(first),
         1 => Step::Reflect(first),
-        2 => Step::Refract {
-            curvature: first,
-            outside: second,
-            inside: third,
-        },
+        2 => Step::Refract { curvature: first, outside: second, inside: third },
         _ => Step::Scatter(first),
     };
-    let cone = Cone {
-        angle: Angle(angle),
-        width: Width(width),
-    };
+    let cone = Cone { angle: Angle(angle), width: Width(width) };
     (cone, step)
 }
 
@@ -177,17 +158,8 @@ pub fn run(
     let cube = memory::cube(build.size);
     let found = match suite.subject {
         Subject::Hit => {
-            let rays: Vec<_> = inputs
-                .iter()
-                .map(|(k, input)| (pixel(*k), ray(input)))
-                .collect();
-            check_hit(
-                gpu,
-                &settings,
-                (&cube, &memory::room(build.size)),
-                &rays,
-                &|_| (),
-            )
+            let rays: Vec<_> = inputs.iter().map(|(k, input)| (pixel(*k), ray(input))).collect();
+            check_hit(gpu, &settings, (&cube, &memory::room(build.size)), &rays, &|_| ())
         }
         Subject::Tex | Subject::Stage(Stage::RayCone) => {
             let mut requests = Requests::default();

@@ -23,11 +23,7 @@ fn remark(field: &Field) -> String {
     if field.meaning == Meaning::Word {
         out.push_str("; bits of a binary64 number");
     }
-    let bit = if matches!(field.meaning, Meaning::Flags(_)) {
-        "bit "
-    } else {
-        ""
-    };
+    let bit = if matches!(field.meaning, Meaning::Flags(_)) { "bit " } else { "" };
     for (i, name) in field.meaning.names().iter().enumerate() {
         let lead = if i == 0 { ";" } else { "," };
         let _ = write!(out, "{lead} {bit}{i} {name}");
@@ -78,11 +74,7 @@ fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
                 n => format!("[0:{}]", n - 1),
             };
             let top = field.padded_bits() - 1;
-            let _ = writeln!(
-                out,
-                "    logic{sign} {range}[{top}:0] {};",
-                field.identifier()
-            );
+            let _ = writeln!(out, "    logic{sign} {range}[{top}:0] {};", field.identifier());
         }
         let _ = writeln!(out, "  }} {name}_{kind}_t;");
     }
@@ -90,12 +82,8 @@ fn system_verilog(name: &str, shape: &Shape, origin: &str) -> String {
         out,
         "\n  typedef struct packed {{\n    {name}_in_t  inputs;\n    {name}_out_t outputs;\n  }} {name}_vector_t;"
     );
-    let bits = |fields: &[Field]| {
-        fields
-            .iter()
-            .map(|f| f.components * f.padded_bits())
-            .sum::<usize>()
-    };
+    let bits =
+        |fields: &[Field]| fields.iter().map(|f| f.components * f.padded_bits()).sum::<usize>();
     let (inputs, outputs) = (bits(&shape.inputs), bits(&shape.outputs));
     let _ = writeln!(out, "\n  localparam int INPUT_BITS = {inputs};");
     let _ = writeln!(out, "  localparam int OUTPUT_BITS = {outputs};");

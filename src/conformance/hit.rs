@@ -95,18 +95,8 @@ impl HitBench {
             Field::words(stage, "r", 3, "its direction, of any length"),
         ];
         if whole {
-            inputs.push(Field::words(
-                stage,
-                "cone",
-                2,
-                "full angle and full width of its cone",
-            ));
-            inputs.push(Field::count(
-                stage,
-                "has_cone",
-                [0, 1],
-                "whether it has a cone",
-            ));
+            inputs.push(Field::words(stage, "cone", 2, "full angle and full width of its cone"));
+            inputs.push(Field::count(stage, "has_cone", [0, 1], "whether it has a cone"));
         }
         let mut outputs = Vec::new();
         let mut regs = Vec::new();
@@ -119,19 +109,9 @@ impl HitBench {
             Field::written(config, stage, reg, searched(config, reg), &mut outputs);
         }
         let names = HitStatus::ALL.iter().map(|s| s.name()).collect();
-        outputs.push(Field::choice(
-            stage,
-            "status",
-            names,
-            "how the search ended",
-        ));
+        outputs.push(Field::choice(stage, "status", names, "how the search ended"));
         let most = i64::from(config.hit.iterations);
-        outputs.push(Field::count(
-            stage,
-            "iterations",
-            [0, most],
-            "look-ups in the loop",
-        ));
+        outputs.push(Field::count(stage, "iterations", [0, most], "look-ups in the loop"));
         outputs.push(Field::flags(stage, &regs));
         if whole {
             for field in &mut outputs {
@@ -139,12 +119,7 @@ impl HitBench {
             }
             behind(config, stage, &subject.stages(), &mut outputs);
         }
-        Ok(Self {
-            engine,
-            shape: Shape { inputs, outputs },
-            probe: RtlProbe::default(),
-            whole,
-        })
+        Ok(Self { engine, shape: Shape { inputs, outputs }, probe: RtlProbe::default(), whole })
     }
 }
 

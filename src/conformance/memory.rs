@@ -50,10 +50,7 @@ fn halved(texels: &mut [[f32; 3]]) {
 #[must_use]
 pub fn cube(size: u32) -> CubeMap {
     let size = usize::try_from(size).unwrap_or(1).max(1);
-    let mut map = build_mips(CubeLevel {
-        size,
-        texels: (0..6 * size * size).map(texel).collect(),
-    });
+    let mut map = build_mips(CubeLevel { size, texels: (0..6 * size * size).map(texel).collect() });
     for level in &mut map.levels {
         halved(&mut level.texels);
     }
@@ -93,10 +90,7 @@ pub fn room(size: u32) -> Distance {
             .zip(d)
             .map(|(half, c)| half / c.abs())
             .fold(f64::INFINITY, f64::min);
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "single precision is the file's"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "single precision is the file's")]
         texels.push((wall * length) as f32);
     }
     Distance::Cube(DistanceCube { size: n, texels })

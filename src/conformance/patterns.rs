@@ -4,9 +4,8 @@ use super::field::{Field, Meaning};
 use crate::random::Random;
 
 /// Exponents of binary64 words at level 1: zero, the subnormals, the ends, around 1, and where registers end.
-const EXPONENTS: [u64; 17] = [
-    0, 1, 2, 700, 963, 997, 999, 1011, 1021, 1022, 1023, 1024, 1027, 1030, 1083, 1500, 2046,
-];
+const EXPONENTS: [u64; 17] =
+    [0, 1, 2, 700, 963, 997, 999, 1011, 1021, 1022, 1023, 1024, 1027, 1030, 1083, 1500, 2046];
 
 /// Level 2 has every exponent from 2^−32 to 2^31 besides.
 const FIRST: u64 = 1023 - 32;
@@ -47,12 +46,7 @@ pub fn count(field: &Field, level: u32) -> u64 {
         | Meaning::Flags(_)
         | Meaning::Small => {
             // 0, both ends with a neighbour, alternating bits; powers of two with neighbours, each sign.
-            8 + 6 * u64::from(field.bits)
-                + if level > 1 {
-                    2 * u64::from(field.bits)
-                } else {
-                    0
-                }
+            8 + 6 * u64::from(field.bits) + if level > 1 { 2 * u64::from(field.bits) } else { 0 }
         }
     }
 }

@@ -31,12 +31,7 @@ impl ConeBench {
     pub fn new(spec: &UnitSpec) -> Self {
         let (config, stage) = (&spec.config, Stage::RayCone);
         let inputs = vec![
-            Field::choice(
-                stage,
-                "operation",
-                OPERATIONS.to_vec(),
-                "what happens to the cone",
-            ),
+            Field::choice(stage, "operation", OPERATIONS.to_vec(), "what happens to the cone"),
             small(config, stage, "angle_in", "the cone's full angle"),
             small(config, stage, "width_in", "the cone's full width"),
             Field::words(
@@ -45,12 +40,7 @@ impl ConeBench {
                 3,
                 "distance; curvature; curvature, n_o and n_i; value of the BSDF. 0 where fewer",
             ),
-            Field::count(
-                stage,
-                "ray",
-                [0, 0xffff],
-                "number of the ray, for stochastic stores",
-            ),
+            Field::count(stage, "ray", [0, 0xffff], "number of the ray, for stochastic stores"),
         ];
         let outputs = vec![
             small(config, stage, "angle", "full angle afterwards"),
@@ -84,11 +74,7 @@ pub fn step(input: &[i64]) -> (Step, bool) {
     let step = match input.first() {
         Some(0) => Step::Propagate(first),
         Some(1) => Step::Reflect(first),
-        Some(2) => Step::Refract {
-            curvature: first,
-            outside: second,
-            inside: third,
-        },
+        Some(2) => Step::Refract { curvature: first, outside: second, inside: third },
         _ => Step::Scatter(first),
     };
     (step, finite)
@@ -101,16 +87,11 @@ impl Bench for ConeBench {
 
     fn run(&mut self, input: &[i64], output: &mut [i64]) {
         let code = |k: usize| u32::try_from(input.get(k).copied().unwrap_or(0)).unwrap_or(0);
-        let cone = Cone {
-            angle: Angle(code(1)),
-            width: Width(code(2)),
-        };
+        let cone = Cone { angle: Angle(code(1)), width: Width(code(2)) };
         let (step, finite) = step(input);
         let mut flags = Flags::default();
         flags.event(Event::ConeNotFinite, !finite);
-        let mut dither = self
-            .cfg
-            .dither(input.get(6).map_or(0, |x| x.cast_unsigned()));
+        let mut dither = self.cfg.dither(input.get(6).map_or(0, |x| x.cast_unsigned()));
         let cone = ray_cone(&self.cfg, cone, step, &mut dither, &mut flags);
         let flags = flag_bits(&self.shape, Stage::RayCone, flags);
         let numbers = [cone.angle.0.into(), cone.width.0.into(), flags];
@@ -134,9 +115,7 @@ impl Model for ConeBench {
             return;
         };
         let words = cone.map(f64::to_bits);
-        let stored = self
-            .cfg
-            .load(words, &mut self.cfg.dither(0), &mut Flags::default());
+        let stored = self.cfg.load(words, &mut self.cfg.dither(0), &mut Flags::default());
         let codes = [*operation, stored.angle.0.into(), stored.width.0.into()];
         let operand = operand.map(f64::to_bits);
         // Any ray: its number only decides stochastic stores.

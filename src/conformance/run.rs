@@ -113,12 +113,7 @@ impl Runner {
 
     /// The inputs of a case.
     pub fn input(&mut self, index: u64) -> Vec<i64> {
-        let place = Place {
-            class: self.class,
-            level: self.level,
-            seed: self.seed,
-            index,
-        };
+        let place = Place { class: self.class, level: self.level, seed: self.seed, index };
         let mut input = vec![0; self.model.shape().input_len()];
         fill(self.model.as_mut(), self.subject, place, &mut input);
         input
@@ -147,12 +142,7 @@ impl Runner {
         self.model.run(input, &mut own);
         let mut probe: RtlProbe = self.model.probe().clone();
         overlay(self.model.shape(), device, &mut probe);
-        let case = Case {
-            shape: self.model.shape(),
-            input,
-            output: device,
-            probe: &probe,
-        };
+        let case = Case { shape: self.model.shape(), input, output: device, probe: &probe };
         self.judge.judge(self.model.config(), &case)
     }
 
@@ -176,10 +166,7 @@ impl Runner {
                 self.fresh.run(input, &mut other);
                 let shape = self.model.shape();
                 let differs = difference(&shape.outputs, output, &other);
-                (
-                    differs.or_else(|| out_of_range(self.model.as_ref(), output)),
-                    0,
-                )
+                (differs.or_else(|| out_of_range(self.model.as_ref(), output)), 0)
             }
             Engine::F64 | Engine::Gpu => {
                 let findings = self.findings(input, output);
@@ -229,12 +216,8 @@ impl Runner {
         mut input: Vec<i64>,
         mut difference: Difference,
     ) -> Failure {
-        let fields: Vec<[i64; 2]> = self
-            .model
-            .shape()
-            .numbers()
-            .map(|(field, _)| field.range)
-            .collect();
+        let fields: Vec<[i64; 2]> =
+            self.model.shape().numbers().map(|(field, _)| field.range).collect();
         for k in 0..input.len() {
             let [low, high] = fields[k];
             let (was, simple) = (input[k], 0i64.clamp(low, high));
@@ -250,13 +233,7 @@ impl Runner {
             }
         }
         let output = self.output(&input);
-        Failure {
-            engine,
-            index,
-            input,
-            output,
-            difference,
-        }
+        Failure { engine, index, input, output, difference }
     }
 }
 

@@ -74,10 +74,7 @@ fn fragment(random: &mut Random) -> Fragment {
         dn_dx: scaled(random.vector(), pixel),
         dn_dy: scaled(random.vector(), pixel),
         h: Some(random.vector()),
-        bump: Some(scaled(
-            [random.signed(), random.signed()],
-            random.between(-6, 2),
-        )),
+        bump: Some(scaled([random.signed(), random.signed()], random.between(-6, 2))),
         rough: Some(scaled(random.vector(), random.between(-10, 0))),
     };
     if random.below(5) == 0 {
@@ -147,17 +144,11 @@ pub(super) fn ordinary(subject: Subject, random: &mut Random) -> Stimulus {
 }
 
 /// Powers of two that scale an operand, the usual ones more often.
-const POWERS: [i64; 16] = [
-    -1060, -300, -100, -40, -24, -12, -4, -1, 0, 1, 3, 7, 12, 40, 300, 1020,
-];
+const POWERS: [i64; 16] = [-1060, -300, -100, -40, -24, -12, -4, -1, 0, 1, 3, 7, 12, 40, 300, 1020];
 
 pub(super) fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
     let power = |random: &mut Random| {
-        if random.below(3) == 0 {
-            random.one_of(&POWERS)
-        } else {
-            random.between(-12, 12)
-        }
+        if random.below(3) == 0 { random.one_of(&POWERS) } else { random.between(-12, 12) }
     };
     match kind(subject) {
         Kind::Fragment => {
@@ -165,11 +156,7 @@ pub(super) fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
             // Derivatives go with their vector, or not.
             let (v, n) = (power(random), power(random));
             let with = |random: &mut Random, base: i64| {
-                if random.below(8) == 0 {
-                    power(random)
-                } else {
-                    base + random.between(-6, 3)
-                }
+                if random.below(8) == 0 { power(random) } else { base + random.between(-6, 3) }
             };
             let rows = [v, v, n, n].map(|base| with(random, base));
             let f = Fragment {
@@ -290,11 +277,7 @@ pub(super) fn extreme(subject: Subject, index: u64, random: &mut Random) -> Stim
             let (operation, cone, operand) = OPERATIONS[row];
             // The same with a neighbouring code or operand in further rounds.
             let nudge = |x: f64, random: &mut Random| {
-                if round == 0 {
-                    x
-                } else {
-                    x * (1.0 + libm::ldexp(random.signed(), -7))
-                }
+                if round == 0 { x } else { x * (1.0 + libm::ldexp(random.signed(), -7)) }
             };
             let cone = cone.map(|x| nudge(x, random));
             Stimulus::Operation(operation, cone, operand.map(|x| nudge(x, random)))
@@ -310,14 +293,8 @@ fn signed(v: [f64; 3], bits: u64) -> [f64; 3] {
 /// One of the cube's 48 rotations and reflections.
 #[must_use]
 pub fn turned(v: [f64; 3], symmetry: u64) -> [f64; 3] {
-    const ORDERS: [[usize; 3]; 6] = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
+    const ORDERS: [[usize; 3]; 6] =
+        [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     let order = ORDERS[usize::try_from(symmetry / 8 % 6).unwrap_or(0)];
     signed(order.map(|i| v[i]), symmetry)
 }

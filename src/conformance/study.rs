@@ -156,10 +156,7 @@ pub struct Thin {
 
 /// λ2 by eq. 17 on a K that was rounded to binary32, as a shader has it.
 fn single([a, b, c]: [f64; 3]) -> f64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "binary32 is what is asked for"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "binary32 is what is asked for")]
     let [a, b, c] = [a, b, c].map(|x| x as f32);
     let root = ((c - a) * (c - a) + 4.0 * b * b).sqrt();
     f64::from(((a + c - root) / 2.0).max(0.0).sqrt())
@@ -186,11 +183,7 @@ pub fn thin(spec: &UnitSpec, turns: u32) -> Result<Vec<Thin>, InputError> {
     let mut out = Vec::new();
     for step in 0..=24 {
         let anisotropy = libm::exp10(f64::from(step) / 4.0);
-        let mut worst = Thin {
-            anisotropy,
-            minor: [0.0; 3],
-            displacement: [0.0; 2],
-        };
+        let mut worst = Thin { anisotropy, minor: [0.0; 3], displacement: [0.0; 2] };
         for turn in 0..turns {
             let angle = std::f64::consts::PI * (f64::from(turn) + 0.37) / f64::from(turns);
             let (sin, cos) = (libm::sin(angle), libm::cos(angle));
@@ -266,12 +259,8 @@ fn sides(kind: usize, random: &mut Random) -> [Fragment; 2] {
 }
 
 /// Names of the breaks.
-const BREAKS: [&str; 4] = [
-    "a face's seam",
-    "a break of the angle table",
-    "λ1 = λ2",
-    "count → count + 1",
-];
+const BREAKS: [&str; 4] =
+    ["a face's seam", "a break of the angle table", "λ1 = λ2", "count → count + 1"];
 
 fn encoded(linear: f64) -> f64 {
     255.0 * crate::srgb::srgb_encode(linear.clamp(0.0, 1.0))
@@ -295,19 +284,13 @@ pub fn jumps(spec: &UnitSpec, pairs: u32) -> Result<Vec<Jump>, InputError> {
             let theirs = both
                 .map(|f| reference::env(&prepared, &f, map.size(), Some(&float), &mut NoTap).color);
             for (to, [a, b]) in [(&mut rtl, mine), (&mut f64, theirs)] {
-                let jump = (0..3)
-                    .map(|c| (encoded(a[c]) - encoded(b[c])).abs())
-                    .fold(0.0, f64::max);
+                let jump =
+                    (0..3).map(|c| (encoded(a[c]) - encoded(b[c])).abs()).fold(0.0, f64::max);
                 to[0] = to[0].max(jump);
                 to[1] += jump / f64::from(pairs);
             }
         }
-        out.push(Jump {
-            name,
-            rtl,
-            f64,
-            pairs,
-        });
+        out.push(Jump { name, rtl, f64, pairs });
     }
     Ok(out)
 }

@@ -35,11 +35,7 @@ pub(super) fn finite(values: &[(&str, f64)]) -> String {
         .filter(|(_, x)| !x.is_finite())
         .map(|(name, x)| format!("{name} = {x}").to_lowercase())
         .collect();
-    if wrong.is_empty() {
-        "finite".into()
-    } else {
-        wrong.join(", ")
-    }
+    if wrong.is_empty() { "finite".into() } else { wrong.join(", ") }
 }
 
 /// The function `Hit` of Szirmay-Kalos et al. as it is printed (`r1` and `rl` one variable, `pov` 0 at first), in doubles, with R made
@@ -114,60 +110,39 @@ pub fn searches(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
 pub fn cones(spec: &UnitSpec) -> Vec<Row> {
     let cfg = Cfg::new(&spec.config);
     let knobs = &spec.config.cone;
-    let rows = OPERATIONS
-        .into_iter()
-        .map(|(operation, [a, w], [x, y, z])| {
-            let name = usize::try_from(operation).ok().and_then(|k| NAMES.get(k));
-            let name = name.copied().unwrap_or("propagate");
-            let operands = if operation == 2 {
-                vec![x, y, z]
-            } else {
-                vec![x]
-            };
-            let operands: Vec<String> = operands.into_iter().map(number).collect();
-            let pi = std::f64::consts::PI;
-            let (step, note) = match operation {
-                0 => (float::Step::Propagate(x), [a, w + a * x]),
-                1 => (float::Step::Reflect(x), [a + 2.0 * x * w.abs(), w]),
-                2 => (
-                    float::Step::Refract {
-                        curvature: x,
-                        outside: y,
-                        inside: z,
-                    },
-                    [y / z * (a + x * w.abs()) - x * w.abs(), w],
-                ),
-                _ => (
-                    float::Step::Scatter(x),
-                    [a + 0.25 * (1.0 / (pi * x)).min(1.0), w],
-                ),
-            };
-            let mut flags = Flags::default();
-            let mut dither = cfg.dither(0);
-            let cone = cfg.load([a, w].map(f64::to_bits), &mut dither, &mut flags);
-            let cone = ray_cone(&cfg, cone, rtl_step(step).0, &mut dither, &mut flags);
-            let start = float::Cone {
-                angle: float::Angle(a),
-                width: float::Width(w),
-            };
-            let theirs = float::ray_cone(start, step, knobs.rules, knobs.set_diffuse);
-            let pair = |angle: f64, width: f64| format!("α {} w {}", number(angle), number(width));
-            Row {
-                name: format!(
-                    "{name} {} of ({}, {})",
-                    operands.join(", "),
-                    number(a),
-                    number(w)
-                ),
-                paper: match finite(&[("α", note[0]), ("w", note[1])]).as_str() {
-                    "finite" => pair(note[0], note[1]),
-                    wrong => wrong.into(),
-                },
-                rtl: pair(value(cfg.angle(cone.angle)), value(cfg.width(cone.width))),
-                f64: pair(theirs.angle.0, theirs.width.0),
-                flags: event_names(flags).map(str::to_string).collect(),
-            }
-        });
+    let rows = OPERATIONS.into_iter().map(|(operation, [a, w], [x, y, z])| {
+        let name = usize::try_from(operation).ok().and_then(|k| NAMES.get(k));
+        let name = name.copied().unwrap_or("propagate");
+        let operands = if operation == 2 { vec![x, y, z] } else { vec![x] };
+        let operands: Vec<String> = operands.into_iter().map(number).collect();
+        let pi = std::f64::consts::PI;
+        let (step, note) = match operation {
+            0 => (float::Step::Propagate(x), [a, w + a * x]),
+            1 => (float::Step::Reflect(x), [a + 2.0 * x * w.abs(), w]),
+            2 => (
+                float::Step::Refract { curvature: x, outside: y, inside: z },
+                [y / z * (a + x * w.abs()) - x * w.abs(), w],
+            ),
+            _ => (float::Step::Scatter(x), [a + 0.25 * (1.0 / (pi * x)).min(1.0), w]),
+        };
+        let mut flags = Flags::default();
+        let mut dither = cfg.dither(0);
+        let cone = cfg.load([a, w].map(f64::to_bits), &mut dither, &mut flags);
+        let cone = ray_cone(&cfg, cone, rtl_step(step).0, &mut dither, &mut flags);
+        let start = float::Cone { angle: float::Angle(a), width: float::Width(w) };
+        let theirs = float::ray_cone(start, step, knobs.rules, knobs.set_diffuse);
+        let pair = |angle: f64, width: f64| format!("α {} w {}", number(angle), number(width));
+        Row {
+            name: format!("{name} {} of ({}, {})", operands.join(", "), number(a), number(w)),
+            paper: match finite(&[("α", note[0]), ("w", note[1])]).as_str() {
+                "finite" => pair(note[0], note[1]),
+                wrong => wrong.into(),
+            },
+            rtl: pair(value(cfg.angle(cone.angle)), value(cfg.width(cone.width))),
+            f64: pair(theirs.angle.0, theirs.width.0),
+            flags: event_names(flags).map(str::to_string).collect(),
+        }
+    });
     rows.collect()
 }
 
@@ -177,14 +152,10 @@ fn fragment(r: &Request) -> TexFragment {
         d: r.d,
         n: r.n,
         tangents: match r.edge {
-            None => Tangents::Surface {
-                dp_ds: first,
-                dp_dt: second,
-            },
-            Some([s_b, s_c, t_b, t_c]) => Tangents::Triangle {
-                edges: r.tangents,
-                st: [[s_b, t_b], [s_c, t_c]],
-            },
+            None => Tangents::Surface { dp_ds: first, dp_dt: second },
+            Some([s_b, s_c, t_b, t_c]) => {
+                Tangents::Triangle { edges: r.tangents, st: [[s_b, t_b], [s_c, t_c]] }
+            }
         },
         st: r.st,
     }
@@ -228,10 +199,7 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         let text = |dd: [f64; 4], lambda: [f64; 2], probes: i64, lod: f64| {
             let [a, b, c, d] = dd.map(number);
             let [l, m] = lambda.map(number);
-            format!(
-                "ddx ({a}, {b}) ddy ({c}, {d}) λ {l}, {m} {probes} × LOD {}",
-                number(lod)
-            )
+            format!("ddx ({a}, {b}) ddy ({c}, {d}) λ {l}, {m} {probes} × LOD {}", number(lod))
         };
         let [x, y] = theirs.dd;
         let mut names: Vec<String> = event_names(flags).map(str::to_string).collect();
@@ -250,12 +218,7 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
                 out.probes[0],
                 register(Reg::FootLod, 0),
             ),
-            f64: text(
-                [x[0], x[1], y[0], y[1]],
-                theirs.lambda,
-                theirs.probes.into(),
-                theirs.lod,
-            ),
+            f64: text([x[0], x[1], y[0], y[1]], theirs.lambda, theirs.probes.into(), theirs.lod),
             flags: names,
         }
     });

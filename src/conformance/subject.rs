@@ -19,10 +19,7 @@ pub enum Subject {
 impl Subject {
     /// Every subject: the stages in pipeline order, then the operations.
     pub fn all() -> impl Iterator<Item = Self> {
-        Stage::ALL
-            .into_iter()
-            .map(Self::Stage)
-            .chain([Self::Env, Self::Hit, Self::Tex])
+        Stage::ALL.into_iter().map(Self::Stage).chain([Self::Env, Self::Hit, Self::Tex])
     }
 
     /// The name on the command line.
@@ -60,10 +57,7 @@ impl Subject {
                 .into_iter()
                 .filter(|s| !matches!(s, S::RayCone | S::Hit | S::SurfaceFootprint))
                 .collect(),
-            Self::Hit => [S::Hit, S::CubeFace, S::Jacobian]
-                .into_iter()
-                .chain(BACK)
-                .collect(),
+            Self::Hit => [S::Hit, S::CubeFace, S::Jacobian].into_iter().chain(BACK).collect(),
             Self::Tex => [S::SurfaceFootprint].into_iter().chain(BACK).collect(),
         }
     }

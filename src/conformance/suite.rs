@@ -58,14 +58,7 @@ enum Of {
 }
 
 const fn configuration(name: &'static str, of: Of, sets: &'static [&'static str]) -> Configuration {
-    Configuration {
-        name,
-        preset: "default",
-        sets,
-        all: &[],
-        parts: true,
-        of,
-    }
+    Configuration { name, preset: "default", sets, all: &[], parts: true, of }
 }
 
 /// Tables without Newton steps and with few bits.
@@ -88,42 +81,18 @@ const COARSE: &[&str] = &[
 /// Every configuration.
 pub static CONFIGURATIONS: [Configuration; 34] = [
     configuration("default", Of::All, &[]),
-    Configuration {
-        preset: "schilling",
-        ..configuration("schilling", Of::Env, &[])
-    },
-    Configuration {
-        preset: "otk",
-        ..configuration("otk", Of::Tex, &[])
-    },
-    Configuration {
-        preset: "otk",
-        ..configuration("otk", Of::Cone, &[])
-    },
-    Configuration {
-        parts: false,
-        ..configuration("plain", Of::Env, &[])
-    },
-    Configuration {
-        all: &["rounding=\"floor\""],
-        ..configuration("floor", Of::All, &[])
-    },
-    Configuration {
-        all: &["rounding=\"half-up\""],
-        ..configuration("half-up", Of::All, &[])
-    },
+    Configuration { preset: "schilling", ..configuration("schilling", Of::Env, &[]) },
+    Configuration { preset: "otk", ..configuration("otk", Of::Tex, &[]) },
+    Configuration { preset: "otk", ..configuration("otk", Of::Cone, &[]) },
+    Configuration { parts: false, ..configuration("plain", Of::Env, &[]) },
+    Configuration { all: &["rounding=\"floor\""], ..configuration("floor", Of::All, &[]) },
+    Configuration { all: &["rounding=\"half-up\""], ..configuration("half-up", Of::All, &[]) },
     Configuration {
         all: &["rounding=\"zero\"", "overflow=\"saturate-symmetric\""],
         ..configuration("to-zero", Of::Env, &[])
     },
-    Configuration {
-        all: &["overflow=\"wrap\""],
-        ..configuration("wrap", Of::Env, &[])
-    },
-    Configuration {
-        all: &["overflow=\"zero\""],
-        ..configuration("overflow-zero", Of::Env, &[])
-    },
+    Configuration { all: &["overflow=\"wrap\""], ..configuration("wrap", Of::Env, &[]) },
+    Configuration { all: &["overflow=\"zero\""], ..configuration("overflow-zero", Of::Env, &[]) },
     configuration("coarse-tables", Of::All, COARSE),
     configuration(
         "rotated",
@@ -137,18 +106,11 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
     configuration("interpolated-axis", Of::Back, &["tables.eigen.order=1"]),
     configuration("centred-axis", Of::Back, &["eigen.placement=\"centres\""]),
     configuration("round", Of::Back, &["footprint.count=\"round\""]),
-    configuration(
-        "pow2",
-        Of::Back,
-        &["footprint.count=\"pow2\"", "footprint.max_probes=12"],
-    ),
+    configuration("pow2", Of::Back, &["footprint.count=\"pow2\"", "footprint.max_probes=12"]),
     configuration(
         "feline-gaussian",
         Of::Back,
-        &[
-            "footprint.count=\"feline\"",
-            "footprint.weights=\"gaussian\"",
-        ],
+        &["footprint.count=\"feline\"", "footprint.weights=\"gaussian\""],
     ),
     configuration("one-probe", Of::Back, &["footprint.max_probes=1"]),
     configuration(
@@ -161,24 +123,12 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
             "registers.filter.color.frac=10",
         ],
     ),
-    configuration(
-        "secant",
-        Of::Hit,
-        &["hit.method=\"secant\"", "hit.iterations=6"],
-    ),
-    configuration(
-        "illinois",
-        Of::Hit,
-        &["hit.method=\"illinois\"", "hit.iterations=8"],
-    ),
+    configuration("secant", Of::Hit, &["hit.method=\"secant\"", "hit.iterations=6"]),
+    configuration("illinois", Of::Hit, &["hit.method=\"illinois\"", "hit.iterations=8"]),
     configuration("no-tolerance", Of::Hit, &["hit.tolerance_bits=\"off\""]),
     configuration("no-iterations", Of::Hit, &["hit.iterations=0"]),
     configuration("plane", Of::Hit, &["hit.footprint=\"plane\""]),
-    configuration(
-        "nearest",
-        Of::Hit,
-        &["hit.lookup=\"nearest\"", "hit.outside=\"hlsl\""],
-    ),
+    configuration("nearest", Of::Hit, &["hit.lookup=\"nearest\"", "hit.outside=\"hlsl\""]),
     configuration(
         "clamp-mirror",
         Of::Tex,
@@ -186,16 +136,8 @@ pub static CONFIGURATIONS: [Configuration; 34] = [
     ),
     configuration("note-gradients", Of::Tex, &["cone.gradient=\"otk\""]),
     configuration("f16", Of::Cone, &["cone.format=\"f16\""]),
-    configuration(
-        "f32-truncate",
-        Of::Cone,
-        &["cone.format=\"f32\"", "cone.rounding=\"truncate\""],
-    ),
-    configuration(
-        "stochastic",
-        Of::Cone,
-        &["cone.rounding=\"stochastic\"", "cone.seed=7"],
-    ),
+    configuration("f32-truncate", Of::Cone, &["cone.format=\"f32\"", "cone.rounding=\"truncate\""]),
+    configuration("stochastic", Of::Cone, &["cone.rounding=\"stochastic\"", "cone.seed=7"]),
 ];
 
 impl Configuration {
@@ -219,11 +161,7 @@ impl Configuration {
     /// Which parts are built.
     #[must_use]
     pub fn build(&self) -> Build {
-        Build {
-            bump: self.parts,
-            rough: self.parts,
-            ..Build::default()
-        }
+        Build { bump: self.parts, rough: self.parts, ..Build::default() }
     }
 
     fn concerns(&self, subject: Subject) -> bool {
@@ -240,10 +178,7 @@ impl Configuration {
         );
         // A plain unit has no frame, bump and roughness.
         let built = self.parts
-            || !matches!(
-                subject,
-                Subject::Stage(S::LocalFrame | S::Bump | S::Roughness)
-            );
+            || !matches!(subject, Subject::Stage(S::LocalFrame | S::Bump | S::Roughness));
         built
             && match self.of {
                 Of::All => !cone || self.name == "default",
@@ -267,11 +202,7 @@ impl Suite {
                     continue;
                 }
                 for class in Class::ALL {
-                    out.push(Self {
-                        subject,
-                        configuration,
-                        class,
-                    });
+                    out.push(Self { subject, configuration, class });
                 }
             }
         }

@@ -37,11 +37,8 @@ impl TexBench {
     pub fn new(spec: &UnitSpec, subject: Subject, build: Build) -> Result<Self, InputError> {
         let map = memory::planar(build.size);
         let whole = subject == Subject::Tex;
-        let engine = if whole {
-            TexRtl::new(spec, &map)?
-        } else {
-            TexRtl::sized(spec, map.size_u32())?
-        };
+        let engine =
+            if whole { TexRtl::new(spec, &map)? } else { TexRtl::sized(spec, map.size_u32())? };
         let config = &engine.config;
         let stage = Stage::SurfaceFootprint;
         let word = |name, n, text| Field::words(stage, name, n, text);
@@ -51,17 +48,8 @@ impl TexBench {
             word("n", 3, "normal of the surface"),
             word("dp_ds", 3, "∂P/∂s, or the triangle's edge AB"),
             word("dp_dt", 3, "∂P/∂t, or the triangle's edge AC"),
-            word(
-                "edge_st",
-                4,
-                "differences of s, then of t, along AB and AC (triangles)",
-            ),
-            Field::count(
-                stage,
-                "triangle",
-                [0, 1],
-                "whether edges of a triangle came",
-            ),
+            word("edge_st", 4, "differences of s, then of t, along AB and AC (triangles)"),
+            Field::count(stage, "triangle", [0, 1], "whether edges of a triangle came"),
             word("st", 2, "texture coordinates s and t"),
         ];
         let mut outputs = Vec::new();
@@ -81,11 +69,7 @@ impl TexBench {
             }
             behind(config, stage, &subject.stages(), &mut outputs);
         }
-        Ok(Self {
-            engine,
-            shape: Shape { inputs, outputs },
-            probe: RtlProbe::default(),
-        })
+        Ok(Self { engine, shape: Shape { inputs, outputs }, probe: RtlProbe::default() })
     }
 }
 
@@ -99,17 +83,11 @@ impl Bench for TexBench {
         let three = |k: usize| [word(k), word(k + 1), word(k + 2)];
         let edges = [three(7), three(10)];
         let request = TexWords {
-            cone: Cone {
-                angle: Angle(0),
-                width: Width(u32::try_from(word(0)).unwrap_or(0)),
-            },
+            cone: Cone { angle: Angle(0), width: Width(u32::try_from(word(0)).unwrap_or(0)) },
             d: three(1),
             n: three(4),
             tangents: if word(17) == 1 {
-                Tangents::Triangle {
-                    edges,
-                    st: [word(13), word(14), word(15), word(16)],
-                }
+                Tangents::Triangle { edges, st: [word(13), word(14), word(15), word(16)] }
             } else {
                 Tangents::Surface(edges)
             },
@@ -117,11 +95,7 @@ impl Bench for TexBench {
         };
         self.probe.clear();
         let (state, out) = self.engine.lanes::<1, _>(&[request], &mut self.probe);
-        let extra = Extra {
-            face: 0,
-            count: state.env.line.count[0],
-            ..Extra::default()
-        };
+        let extra = Extra { face: 0, count: state.env.line.count[0], ..Extra::default() };
         record(&self.shape, &self.probe, out.flags[0], extra, output);
     }
 }
@@ -143,18 +117,10 @@ impl Model for TexBench {
         let words = [0.0, request.width].map(f64::to_bits);
         let stored = cone.load(words, &mut cone.dither(0), &mut Flags::default());
         let edge = request.edge.unwrap_or([0.0; 4]);
-        let vectors = [
-            request.d,
-            request.n,
-            request.tangents[0],
-            request.tangents[1],
-        ];
+        let vectors = [request.d, request.n, request.tangents[0], request.tangents[1]];
         let reals = vectors.into_iter().flatten().chain(edge).map(f64::to_bits);
         let triangle = u64::from(request.edge.is_some());
         let all = [u64::from(stored.width.0)].into_iter().chain(reals);
-        put_words(
-            all.chain([triangle]).chain(request.st.map(f64::to_bits)),
-            input,
-        );
+        put_words(all.chain([triangle]).chain(request.st.map(f64::to_bits)), input);
     }
 }

@@ -85,10 +85,7 @@ impl Header {
             let mut map = Map::new();
             for (key, value) in self.pairs() {
                 let number = value.parse::<u64>().ok().filter(|_| key != "unit");
-                map.insert(
-                    key.into(),
-                    number.map_or_else(|| json!(value), |n| json!(n)),
-                );
+                map.insert(key.into(), number.map_or_else(|| json!(value), |n| json!(n)));
             }
             let fields = |fields: &[Field]| fields.iter().map(describe_json).collect::<Vec<_>>();
             map.insert("inputs".into(), json!(fields(&shape.inputs)));
@@ -96,11 +93,8 @@ impl Header {
             return format!("{}\n", Value::Object(map));
         }
         let comment = format.comment();
-        let words: Vec<String> = self
-            .pairs()
-            .iter()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect();
+        let words: Vec<String> =
+            self.pairs().iter().map(|(key, value)| format!("{key}={value}")).collect();
         let mut out = format!("{comment} {}\n", words.join(" "));
         for (title, fields) in [("in", &shape.inputs), ("out", &shape.outputs)] {
             for field in fields {
@@ -122,18 +116,10 @@ impl Header {
             if format == Format::Jsonl {
                 let value: Value = serde_json::from_str(line).ok()?;
                 let value = value.get(key)?;
-                return Some(
-                    value
-                        .as_str()
-                        .map_or_else(|| value.to_string(), str::to_string),
-                );
+                return Some(value.as_str().map_or_else(|| value.to_string(), str::to_string));
             }
             let mut words = line.strip_prefix(format.comment())?.split_whitespace();
-            words.find_map(|word| {
-                word.strip_prefix(key)?
-                    .strip_prefix('=')
-                    .map(str::to_string)
-            })
+            words.find_map(|word| word.strip_prefix(key)?.strip_prefix('=').map(str::to_string))
         };
         found("vectors")?;
         self.pairs()
@@ -205,11 +191,7 @@ fn describe_json(field: &Field) -> Value {
 pub fn digits(field: &Field, number: i64, out: &mut String) {
     let bits = field.padded_bits();
     let word = number.cast_unsigned();
-    let word = if bits < 64 {
-        word & ((1 << bits) - 1)
-    } else {
-        word
-    };
+    let word = if bits < 64 { word & ((1 << bits) - 1) } else { word };
     let width = field.digits();
     let _ = write!(out, "{word:0width$x}");
 }
@@ -259,11 +241,8 @@ fn object(fields: &[Field], numbers: &[i64]) -> Value {
     let mut map = Map::new();
     let mut rest = numbers.iter();
     for field in fields {
-        let mut values: Vec<Value> = rest
-            .by_ref()
-            .take(field.components)
-            .map(|n| number_json(field, *n))
-            .collect();
+        let mut values: Vec<Value> =
+            rest.by_ref().take(field.components).map(|n| number_json(field, *n)).collect();
         let value = if field.components == 1 {
             values.pop().unwrap_or(Value::Null)
         } else {
@@ -287,11 +266,7 @@ pub struct Malformed {
 
 impl Malformed {
     fn new(column: usize, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self {
-            column,
-            expected: expected.into(),
-            found: found.into(),
-        }
+        Self { column, expected: expected.into(), found: found.into() }
     }
 }
 
@@ -348,11 +323,7 @@ fn parse_digits(field: &Field, token: &str) -> Option<i64> {
     }
     let word = u64::from_str_radix(token, 16).ok()?;
     let spare = 64 - u32::try_from(field.padded_bits()).ok()?;
-    Some(if field.signed {
-        (word << spare).cast_signed() >> spare
-    } else {
-        word.cast_signed()
-    })
+    Some(if field.signed { (word << spare).cast_signed() >> spare } else { word.cast_signed() })
 }
 
 fn in_range(field: &Field, column: usize, number: i64) -> Result<(), Malformed> {
@@ -376,11 +347,7 @@ fn parse_json(shape: &Shape, line: &str, numbers: &mut Vec<i64>) -> Result<(), M
         let known = |name: &String| fields.iter().any(|f| f.name == *name);
         if let Some(other) = object.keys().find(|name| !known(name)) {
             let expected = format!("fields of `{key}` that the header lists");
-            return Err(Malformed::new(
-                column_of(line, other),
-                expected,
-                shown(other),
-            ));
+            return Err(Malformed::new(column_of(line, other), expected, shown(other)));
         }
         let object = if object.is_empty() { &none } else { object };
         for field in fields {

@@ -44,11 +44,7 @@ pub fn rtl_step(step: Step) -> (rtl::Step, bool) {
     let out = match step {
         Step::Propagate(d) => rtl::Step::Propagate(take(d)),
         Step::Reflect(k) => rtl::Step::Reflect(take(k)),
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => rtl::Step::Refract {
+        Step::Refract { curvature, outside, inside } => rtl::Step::Refract {
             curvature: take(curvature),
             outside: take(outside),
             inside: take(inside),
@@ -60,9 +56,7 @@ pub fn rtl_step(step: Step) -> (rtl::Step, bool) {
 
 /// Names of the events that are set: what a cone's loads and stores report.
 pub fn event_names(flags: Flags) -> impl Iterator<Item = &'static str> {
-    let set = model::Event::ALL
-        .iter()
-        .filter(move |event| flags.has_event(**event));
+    let set = model::Event::ALL.iter().filter(move |event| flags.has_event(**event));
     set.map(|event| event.name())
 }
 
@@ -158,12 +152,7 @@ impl FloatCones {
     #[must_use]
     pub fn new(camera: &Camera, rules: ConeRules, set_diffuse: SetDiffuse) -> Self {
         Self {
-            frame: float_camera::Frame {
-                u: camera.u,
-                v: camera.v,
-                w: camera.w,
-                size: camera.size,
-            },
+            frame: float_camera::Frame { u: camera.u, v: camera.v, w: camera.w, size: camera.size },
             rules,
             set_diffuse,
         }

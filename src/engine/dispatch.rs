@@ -38,11 +38,7 @@ impl Level {
     #[must_use]
     pub fn available() -> Vec<Self> {
         let best = Self::detect();
-        if best == Self::Baseline {
-            vec![best]
-        } else {
-            vec![Self::Baseline, best]
-        }
+        if best == Self::Baseline { vec![best] } else { vec![Self::Baseline, best] }
     }
 }
 
@@ -150,8 +146,7 @@ impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
         let (ports, states) = (&group.ports[..used], &mut group.states[..used]);
         self.unit.fronts_from(first, ports, states, tap);
         for (ports, state) in ports.iter().zip(states) {
-            self.unit
-                .finish(state, ports.len, self.texture, &mut group.out, tap);
+            self.unit.finish(state, ports.len, self.texture, &mut group.out, tap);
             (self.each)(&group.out, ports.len);
         }
     }

@@ -25,10 +25,7 @@ pub fn words(fragment: &Fragment) -> Words {
 /// What a fragment needs of the unit.
 #[must_use]
 pub fn needs(fragment: &Fragment) -> Needs {
-    Needs {
-        bump: fragment.bump.is_some(),
-        rough: fragment.rough.is_some(),
-    }
+    Needs { bump: fragment.bump.is_some(), rough: fragment.rough.is_some() }
 }
 
 /// A cube map in the unit's texel format.
@@ -42,10 +39,7 @@ pub fn texture(config: &Config, map: &CubeMap) -> Result<Texture, ConfigError> {
         .levels
         .iter()
         .zip(&words)
-        .map(|(level, words)| Source {
-            size: level.size,
-            words,
-        })
+        .map(|(level, words)| Source { size: level.size, words })
         .collect();
     Texture::new(config, &sources, &across_edge)
 }

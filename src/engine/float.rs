@@ -161,19 +161,11 @@ impl Engine for TruthEngine {
 
     fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
         let start = Instant::now();
-        let result = truth(
-            &subject.scene,
-            &subject.map,
-            &self.settings,
-            &self.options,
-            progress,
-        );
+        let result = truth(&subject.scene, &subject.map, &self.settings, &self.options, progress);
         let seconds = start.elapsed().as_secs_f64();
         let mut picture = result.picture;
-        for (color, (covered, background)) in picture
-            .rgb
-            .iter_mut()
-            .zip(picture.covered.iter().zip(&subject.background))
+        for (color, (covered, background)) in
+            picture.rgb.iter_mut().zip(picture.covered.iter().zip(&subject.background))
         {
             if !covered {
                 *color = *background;

@@ -59,11 +59,7 @@ const fn bit(flag: Flag) -> u32 {
 #[must_use]
 pub fn flag_names(flags: u32) -> Vec<&'static str> {
     let shared = Flag::ALL.into_iter().map(|f| (bit(f), f.name()));
-    shared
-        .chain(OWN_FLAGS)
-        .filter(|(bit, _)| flags & bit != 0)
-        .map(|(_, name)| name)
-        .collect()
+    shared.chain(OWN_FLAGS).filter(|(bit, _)| flags & bit != 0).map(|(_, name)| name).collect()
 }
 
 /// Numbers that the kernels take from tables: probe weights and the angle table of the reference.
@@ -72,9 +68,7 @@ pub fn tables(settings: &Settings) -> Tables {
     let mut out = Tables::default();
     if settings.weights == Weights::Gaussian {
         let end_points = settings.count == Count::Feline;
-        let most = settings
-            .max_probes
-            .clamp(1, crate::gpu::policy::MOST_PROBES);
+        let most = settings.max_probes.clamp(1, crate::gpu::policy::MOST_PROBES);
         #[expect(clippy::cast_precision_loss, reason = "the kernels count in f32")]
         let weights = (1..=most)
             .flat_map(|count| probe_weights(count, settings.probe_weight_bits, end_points))
@@ -107,10 +101,7 @@ impl Operands {
     /// No fragments; NaN and infinities will raise `non_finite`.
     #[must_use]
     pub fn new(non_finite: Flag) -> Self {
-        Self {
-            non_finite: bit(non_finite),
-            ..Self::default()
-        }
+        Self { non_finite: bit(non_finite), ..Self::default() }
     }
 
     /// Starts a fragment.
@@ -204,10 +195,7 @@ impl Reports {
 }
 
 /// Words of ENV's operands and results.
-pub const ENV_WORDS: Words = Words {
-    input: 26,
-    output: Filtered::WORDS,
-};
+pub const ENV_WORDS: Words = Words { input: 26, output: Filtered::WORDS };
 
 /// The ENV operation on a device.
 pub struct GpuEnv<'a> {
@@ -221,15 +209,7 @@ pub struct GpuEnv<'a> {
 pub fn encode(operands: &mut Operands, fragment: &Fragment) {
     let f = fragment;
     operands.begin();
-    for v in [
-        f.v,
-        f.n,
-        f.dv_dx,
-        f.dv_dy,
-        f.dn_dx,
-        f.dn_dy,
-        f.h.unwrap_or_default(),
-    ] {
+    for v in [f.v, f.n, f.dv_dx, f.dv_dy, f.dn_dx, f.dn_dy, f.h.unwrap_or_default()] {
         operands.numbers(&v);
     }
     operands.numbers(&f.bump.unwrap_or_default());
@@ -260,9 +240,7 @@ impl<'a> GpuEnv<'a> {
         let policy = Policy::new(settings, &tables).with_cube(map);
         let out = Self {
             program: Program::new(gpu, Kernel::Fused(Fused::Env))?,
-            maps: Maps::none(gpu)?
-                .with_cube(gpu, map)?
-                .with_tables(gpu, &tables.words())?,
+            maps: Maps::none(gpu)?.with_cube(gpu, map)?.with_tables(gpu, &tables.words())?,
             policy: with_needs(policy, first),
             gpu,
         };
@@ -286,9 +264,7 @@ impl<'a> GpuEnv<'a> {
         }
         let input = (operands.words.as_slice(), [].as_slice());
         let (maps, policy) = (&self.maps, &self.policy);
-        let words = self
-            .program
-            .run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
+        let words = self.program.run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
         let mut reports = Reports::default();
         let results = words.chunks_exact(ENV_WORDS.output).map(Filtered::of);
         let results = results
@@ -314,9 +290,7 @@ impl<'a> GpuEnv<'a> {
             encode(&mut operands, &fragment.fragment);
         }
         let (maps, policy) = (&self.maps, &self.policy);
-        let batch = self
-            .program
-            .upload(self.gpu, maps, policy, ENV_WORDS, &operands.words, &[])?;
+        let batch = self.program.upload(self.gpu, maps, policy, ENV_WORDS, &operands.words, &[])?;
         Ok((batch, count))
     }
 

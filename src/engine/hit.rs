@@ -123,10 +123,8 @@ impl HitRtl {
     /// Every ray's result, in order.
     #[must_use]
     pub fn filter(&self, rays: &[HitFragment], progress: Progress<'_>) -> Vec<HitResult> {
-        let parts: Vec<Vec<HitResult>> = rays
-            .par_chunks(CHUNK)
-            .map(|chunk| self.part(Source::Rays(chunk), progress))
-            .collect();
+        let parts: Vec<Vec<HitResult>> =
+            rays.par_chunks(CHUNK).map(|chunk| self.part(Source::Rays(chunk), progress)).collect();
         parts.into_iter().flatten().collect()
     }
 
@@ -183,17 +181,13 @@ impl HitRtl {
         let mut state = HitState::default();
         let mut out = HitResults::default();
         let texture = self.texture.as_ref();
-        self.unit
-            .run(&ports, &self.memory, texture, &mut state, &mut out, tap);
+        self.unit.run(&ports, &self.memory, texture, &mut state, &mut out, tap);
         (state, out)
     }
 
     /// A length's code in true units.
     fn length(&self, raw: i64, reg: Reg, scale: i64) -> Code {
-        Code {
-            raw,
-            frac: i64::from(self.config.format(reg).frac) - scale,
-        }
+        Code { raw, frac: i64::from(self.config.format(reg).frac) - scale }
     }
 
     /// One lane's result.
@@ -243,11 +237,7 @@ impl HitRtl {
             } else {
                 [0.0; 3]
             },
-            probes: if cone {
-                u32::try_from(out.env.probes[lane]).unwrap_or(0)
-            } else {
-                0
-            },
+            probes: if cone { u32::try_from(out.env.probes[lane]).unwrap_or(0) } else { 0 },
             texels: if textured { out.env.texels[lane] } else { 0 },
             overshot: flags.has_event(Event::HitOvershoot),
             flags: names,
@@ -268,11 +258,7 @@ impl Block {
     /// A block whose results stay from unit to unit; nothing has run yet.
     #[must_use]
     pub fn kept(rays: &[HitFragment]) -> Box<Self> {
-        Box::new(Self {
-            rays: rays.to_vec(),
-            state: HitState::kept(),
-            ..Self::default()
-        })
+        Box::new(Self { rays: rays.to_vec(), state: HitState::kept(), ..Self::default() })
     }
 
     /// What the steps have left.
@@ -290,12 +276,7 @@ impl Block {
     /// Runs the block's rays from a step on.
     #[inline(always)]
     fn pass<T: Tap>(&mut self, engine: &HitRtl, first: usize, tap: &mut T) {
-        let Self {
-            rays,
-            ports,
-            state,
-            out,
-        } = self;
+        let Self { rays, ports, state, out } = self;
         if first == 0 {
             ports.len = 0;
             for ray in rays {
@@ -303,9 +284,7 @@ impl Block {
             }
         }
         let (memory, texture) = (&engine.memory, engine.texture.as_ref());
-        engine
-            .unit
-            .run_from(first, ports, memory, texture, state, out, tap);
+        engine.unit.run_from(first, ports, memory, texture, state, out, tap);
     }
 }
 
@@ -390,14 +369,7 @@ impl<'a> HitF64<'a> {
 
     /// Everything about one ray; a tap sees its registers.
     pub fn trace<T: reference::Tap>(&self, ray: &HitFragment, tap: &mut T) -> reference::HitEnv {
-        hit_env(
-            &self.prepared,
-            &self.distances,
-            ray,
-            self.face_size,
-            self.texture.as_ref(),
-            tap,
-        )
+        hit_env(&self.prepared, &self.distances, ray, self.face_size, self.texture.as_ref(), tap)
     }
 
     /// Every ray's result and its probe line, in order. A ray without a cone has the line of no footprint.
@@ -405,9 +377,7 @@ impl<'a> HitF64<'a> {
     pub fn lines(&self, rays: &[HitFragment]) -> (Vec<HitResult>, Vec<Line>) {
         let each = |ray: &HitFragment| {
             let both = self.trace(ray, &mut reference::NoTap);
-            let line = both
-                .env
-                .map_or(Line::NONE, |env| Line::of_env(&env, self.face_size));
+            let line = both.env.map_or(Line::NONE, |env| Line::of_env(&env, self.face_size));
             (Self::result(&both), line)
         };
         rays.par_iter().map(each).unzip()

@@ -72,28 +72,15 @@ pub fn lit(scene: &mut HitScene) -> (Impostor, Option<Lit>) {
     let photons = photons(&lamp, &*scene.view.object, scene.bound, index);
     let distance = Distance::Cube(impostor.distance.clone());
     let settings = Settings {
-        hit: HitPolicy {
-            method: Method::Secant,
-            iterations: 10,
-            ..HitPolicy::default()
-        },
+        hit: HitPolicy { method: Method::Secant, iterations: 10, ..HitPolicy::default() },
         ..Settings::default()
     };
     let engine = HitF64::new(&settings, &distance, None, 1);
     let results = engine.filter(&rays_of(&photons), &|_| {});
-    let caustic = searched(
-        &scene.view.world,
-        &impostor.walls,
-        &photons,
-        &ends(&results),
-    );
+    let caustic = searched(&scene.view.world, &impostor.walls, &photons, &ends(&results));
     scene.view.world.light = Some(Arc::new(caustic.map.clone()));
     let bright = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
-    let lit = Lit {
-        photons,
-        uv_map: bright.walls.clone(),
-        caustic,
-    };
+    let lit = Lit { photons, uv_map: bright.walls.clone(), caustic };
     (bright, Some(lit))
 }
 
@@ -122,12 +109,7 @@ impl Lit {
     /// What the driver reports.
     pub fn by_gpu(&self, world: &World, engine: &GpuHit<'_>) -> Result<Caustic, GpuError> {
         let results = engine.filter(&rays_of(&self.photons), &|_| {})?;
-        Ok(searched(
-            world,
-            &self.uv_map,
-            &self.photons,
-            &ends(&results),
-        ))
+        Ok(searched(world, &self.uv_map, &self.photons, &ends(&results)))
     }
 
     /// The caustic by the float reference.
@@ -156,21 +138,10 @@ impl HitSubject {
             .par_iter()
             .enumerate()
             .map(|(i, covered)| {
-                if *covered {
-                    [0.0; 3]
-                } else {
-                    scene.view.past(i % scene.width, i / scene.width)
-                }
+                if *covered { [0.0; 3] } else { scene.view.past(i % scene.width, i / scene.width) }
             })
             .collect();
-        Self {
-            scene,
-            map,
-            distance,
-            own_colours,
-            background,
-            lit: None,
-        }
+        Self { scene, map, distance, own_colours, background, lit: None }
     }
 
     /// The built-in subject of a scene: its own impostor, lit by its own lamp.
@@ -385,9 +356,8 @@ impl HitSubject {
                         errors.fragments += 1;
                         continue;
                     }
-                    let same_face = there
-                        .env
-                        .is_none_or(|env| crate::cube::FACE_NAMES[env.face] == face);
+                    let same_face =
+                        there.env.is_none_or(|env| crate::cube::FACE_NAMES[env.face] == face);
                     let same_count = there.env.is_none_or(|env| env.probes == here.probes);
                     errors.add(&mine, &theirs, ray.pixel, same_face, same_count);
                 }
@@ -395,9 +365,7 @@ impl HitSubject {
                 errors
             })
             .collect();
-        parts
-            .iter()
-            .fold(RegisterErrors::default(), RegisterErrors::merge)
+        parts.iter().fold(RegisterErrors::default(), RegisterErrors::merge)
     }
 }
 

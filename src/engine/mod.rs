@@ -46,14 +46,8 @@ pub enum Rung {
 
 impl Rung {
     /// Every rung in the ladder's order.
-    pub const ALL: [Self; 6] = [
-        Self::Rtl,
-        Self::Gpu,
-        Self::Sampler,
-        Self::F64,
-        Self::Ewa,
-        Self::Truth,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Rtl, Self::Gpu, Self::Sampler, Self::F64, Self::Ewa, Self::Truth];
 
     /// Whether it runs where no engine is named.
     #[must_use]
@@ -117,13 +111,10 @@ impl Subject {
     /// scene without fragments needs nothing.
     #[must_use]
     pub fn needs(&self) -> Needs {
-        self.scene.fragments.first().map_or(
-            Needs {
-                bump: false,
-                rough: false,
-            },
-            |f| encode::needs(&f.fragment),
-        )
+        self.scene
+            .fragments
+            .first()
+            .map_or(Needs { bump: false, rough: false }, |f| encode::needs(&f.fragment))
     }
 }
 

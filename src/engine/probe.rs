@@ -24,10 +24,7 @@ pub struct Code {
 
 impl Code {
     /// What stands where a component was skipped: a second level that no weight falls on.
-    pub const SKIPPED: Self = Self {
-        raw: 0,
-        frac: i64::MIN,
-    };
+    pub const SKIPPED: Self = Self { raw: 0, frac: i64::MIN };
 
     /// Whether the component was written.
     #[must_use]
@@ -38,10 +35,7 @@ impl Code {
     /// The value to the nearest double.
     #[must_use]
     pub fn value(self) -> f64 {
-        to_f64(
-            self.raw,
-            i32::try_from(self.frac.clamp(-4000, 4000)).unwrap_or(0),
-        )
+        to_f64(self.raw, i32::try_from(self.frac.clamp(-4000, 4000)).unwrap_or(0))
     }
 
     /// The value in decimal, all digits.
@@ -53,10 +47,7 @@ impl Code {
 
 /// raw · 2^−frac to the nearest double (subnormals round once more).
 #[must_use]
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "rounding to nearest is what is wanted"
-)]
+#[expect(clippy::cast_precision_loss, reason = "rounding to nearest is what is wanted")]
 pub fn to_f64(raw: i64, frac: i32) -> f64 {
     libm::ldexp(raw as f64, -frac)
 }
@@ -65,11 +56,7 @@ pub fn to_f64(raw: i64, frac: i32) -> f64 {
 #[must_use]
 pub fn decimal(raw: i64, frac: i64) -> String {
     // Trailing zero bits first: a normalised code needs no more digits than its value.
-    let zeros = if raw == 0 {
-        63
-    } else {
-        i64::from(raw.trailing_zeros())
-    };
+    let zeros = if raw == 0 { 63 } else { i64::from(raw.trailing_zeros()) };
     let drop = zeros.min(frac.max(0));
     let (raw, frac) = (raw >> drop, frac - drop);
     if frac <= 0 {
@@ -94,9 +81,7 @@ pub struct RtlProbe {
 
 impl Default for RtlProbe {
     fn default() -> Self {
-        Self {
-            registers: vec![Vec::new(); Reg::COUNT],
-        }
+        Self { registers: vec![Vec::new(); Reg::COUNT] }
     }
 }
 
@@ -161,12 +146,7 @@ pub fn rtl(
             flags.push(event.name().to_string());
         }
     }
-    RtlFragment {
-        face: state.face.face[0],
-        probes: out.probes[0],
-        color: out.color[0],
-        flags,
-    }
+    RtlFragment { face: state.face.face[0], probes: out.probes[0], color: out.color[0], flags }
 }
 
 /// Everything that the float reference put for one fragment.
@@ -179,10 +159,7 @@ pub struct FloatProbe {
 
 impl Default for FloatProbe {
     fn default() -> Self {
-        Self {
-            registers: vec![Vec::new(); Reg::COUNT],
-            known: HashMap::new(),
-        }
+        Self { registers: vec![Vec::new(); Reg::COUNT], known: HashMap::new() }
     }
 }
 

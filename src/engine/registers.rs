@@ -27,11 +27,7 @@ impl RegisterError {
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "a count as a divisor")]
     pub fn mean_lsb(&self) -> f64 {
-        if self.count == 0 {
-            0.0
-        } else {
-            self.sum / self.count as f64
-        }
+        if self.count == 0 { 0.0 } else { self.sum / self.count as f64 }
     }
 
     fn add(&mut self, error: f64, pixel: [u32; 2]) {
@@ -181,9 +177,7 @@ pub fn compare(
             errors
         })
         .collect();
-    parts
-        .iter()
-        .fold(RegisterErrors::default(), RegisterErrors::merge)
+    parts.iter().fold(RegisterErrors::default(), RegisterErrors::merge)
 }
 
 /// Whether a texel coordinate differs by a texel or more.
@@ -210,10 +204,7 @@ fn one(
         .sum();
     let flipped = dot < 0.0;
     let level = |lod: f64| lod.floor();
-    let lods = (
-        mine.get(Reg::FootLod).first(),
-        theirs.get(Reg::FootLod).first(),
-    );
+    let lods = (mine.get(Reg::FootLod).first(), theirs.get(Reg::FootLod).first());
     let same_level = match lods {
         (Some(a), Some(b)) => (level(a.value()) - level(*b)).abs() < 0.5,
         _ => false,
@@ -239,11 +230,7 @@ fn one(
         if [Reg::FootStep].contains(reg) && !same_count {
             continue;
         }
-        let sign = if flipped && along_axis(*reg) {
-            -1.0
-        } else {
-            1.0
-        };
+        let sign = if flipped && along_axis(*reg) { -1.0 } else { 1.0 };
         for (code, value) in a.iter().zip(b).filter(|(code, _)| code.is_written()) {
             errors.registers[reg.index()].add(error_lsb(*code, sign * value), pixel);
         }

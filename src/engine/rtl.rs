@@ -121,10 +121,7 @@ pub struct Filtered {
 
 impl Filtered {
     fn whole(colors: Vec<[i64; 3]>, parts: Vec<Self>) -> Self {
-        let mut whole = Self {
-            colors,
-            ..Self::default()
-        };
+        let mut whole = Self { colors, ..Self::default() };
         for part in &parts {
             whole.add(part);
         }
@@ -182,12 +179,8 @@ impl Engine for RtlEngine {
     }
 
     fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
-        let words: Vec<Words> = subject
-            .scene
-            .fragments
-            .par_iter()
-            .map(|f| encode::words(&f.fragment))
-            .collect();
+        let words: Vec<Words> =
+            subject.scene.fragments.par_iter().map(|f| encode::words(&f.fragment)).collect();
         let start = Instant::now();
         let filtered = self.filter(&words, progress);
         self.rendering(subject, &filtered, start.elapsed().as_secs_f64())

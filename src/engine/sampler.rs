@@ -62,28 +62,14 @@ impl<'a> SamplerEngine<'a> {
     ///
     /// A map beyond the device's limits, no anisotropic filter, or what the driver reports.
     pub fn new(gpu: &'a Gpu, map: &CubeMap) -> Result<Self, GpuError> {
-        let format = if gpu.filters_f32() {
-            Format::Float
-        } else {
-            Format::Half
-        };
+        let format = if gpu.filters_f32() { Format::Float } else { Format::Half };
         let levels = map.levels.len();
-        let image = Image::new(
-            Shape::Cube,
-            format,
-            map.size(),
-            levels,
-            |level, face, x, y| {
-                let [r, g, b] = map.levels[level].texel(face, x, y);
-                [r, g, b, 1.0]
-            },
-        );
+        let image = Image::new(Shape::Cube, format, map.size(), levels, |level, face, x, y| {
+            let [r, g, b] = map.levels[level].texel(face, x, y);
+            [r, g, b, 1.0]
+        });
         let sampler = DeviceSampler::new(gpu);
-        Ok(Self {
-            view: sampler.upload(&image)?,
-            sampler,
-            state: State::trilinear(16),
-        })
+        Ok(Self { view: sampler.upload(&image)?, sampler, state: State::trilinear(16) })
     }
 
     /// The colours of look-ups.
@@ -102,11 +88,7 @@ impl<'a> SamplerEngine<'a> {
             let (view, state) = (&self.view, self.state);
             let (cube, by) = (Shape::Cube, Source::Gradient);
             let seen = self.sampler.sample_view(view, cube, state, by, &four)?;
-            colors.extend(
-                seen.iter()
-                    .step_by(4)
-                    .map(|[r, g, b, _]| [*r, *g, *b].map(f64::from)),
-            );
+            colors.extend(seen.iter().step_by(4).map(|[r, g, b, _]| [*r, *g, *b].map(f64::from)));
             progress(to_u64(block.len()));
         }
         Ok(colors)
@@ -162,10 +144,8 @@ impl<'a> SamplerEngine<'a> {
         let asked: Vec<Query> = queries.iter().copied().flatten().collect();
         let start = Instant::now();
         let mut found = self.filter(&asked, progress)?.into_iter();
-        let colors: Vec<[f64; 3]> = queries
-            .iter()
-            .map(|q| q.and_then(|_| found.next()).unwrap_or_default())
-            .collect();
+        let colors: Vec<[f64; 3]> =
+            queries.iter().map(|q| q.and_then(|_| found.next()).unwrap_or_default()).collect();
         Ok(rendering(subject.picture(&colors), start, asked.len()))
     }
 }

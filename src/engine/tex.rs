@@ -25,10 +25,7 @@ pub fn texture(config: &Config, map: &PlanarMap) -> Result<Texture, ConfigError>
         .levels
         .iter()
         .zip(&words)
-        .map(|(level, words)| PlanarSource {
-            size: level.size,
-            words,
-        })
+        .map(|(level, words)| PlanarSource { size: level.size, words })
         .collect();
     Texture::planar(config, &sources, config.tex.wrap)
 }
@@ -45,10 +42,7 @@ pub fn words(fragment: &TexFragment, cone: Cone) -> TexWords {
             Tangents::Surface { dp_ds, dp_dt } => WordTangents::Surface([bits(dp_ds), bits(dp_dt)]),
             Tangents::Triangle { edges, st } => {
                 let [[s_b, t_b], [s_c, t_c]] = st.map(|st| st.map(f64::to_bits));
-                WordTangents::Triangle {
-                    edges: edges.map(bits),
-                    st: [s_b, s_c, t_b, t_c],
-                }
+                WordTangents::Triangle { edges: edges.map(bits), st: [s_b, s_c, t_b, t_c] }
             }
         },
         st: fragment.st.map(f64::to_bits),
@@ -58,10 +52,7 @@ pub fn words(fragment: &TexFragment, cone: Cone) -> TexWords {
 /// The value of a cone's operand.
 #[must_use]
 pub fn value(x: Dyadic) -> f64 {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a cone's significand has at most 24 bits"
-    )]
+    #[expect(clippy::cast_precision_loss, reason = "a cone's significand has at most 24 bits")]
     let magnitude = libm::ldexp(x.m as f64, i32::try_from(x.e).unwrap_or(0));
     if x.negative { -magnitude } else { magnitude }
 }
@@ -90,10 +81,7 @@ impl Block {
     /// A block of up to [`LANES`] requests; nothing has run yet.
     #[must_use]
     pub fn kept(requests: &[TexWords]) -> Self {
-        Self {
-            requests: requests.to_vec(),
-            state: Box::new(TexState::kept()),
-        }
+        Self { requests: requests.to_vec(), state: Box::new(TexState::kept()) }
     }
 
     /// What the steps have left.
@@ -124,10 +112,7 @@ impl TexRtl {
     /// Compiles a unit and encodes a texture.
     pub fn new(spec: &UnitSpec, map: &PlanarMap) -> Result<Self, InputError> {
         let texture = texture(&spec.config, map).map_err(refused)?;
-        Ok(Self {
-            texture: Some(texture),
-            ..Self::sized(spec, map.size_u32())?
-        })
+        Ok(Self { texture: Some(texture), ..Self::sized(spec, map.size_u32())? })
     }
 
     /// Compiles a unit for a texture of `size` that is not read.
@@ -189,11 +174,9 @@ impl TexRtl {
     ) {
         if self.unit.is_standard() {
             let tap = &mut NoTapStandard;
-            self.unit
-                .run_from(first, requests, texture, state, out, tap);
+            self.unit.run_from(first, requests, texture, state, out, tap);
         } else {
-            self.unit
-                .run_from(first, requests, texture, state, out, &mut NoTap);
+            self.unit.run_from(first, requests, texture, state, out, &mut NoTap);
         }
     }
 

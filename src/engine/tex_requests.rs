@@ -27,11 +27,7 @@ pub(crate) struct Request<A> {
 
 /// A bare cone in a direction: a ray without walls.
 pub(super) fn bare(direction: [f64; 3], angle: f64) -> HitFragment {
-    HitFragment {
-        x: [0.0; 3],
-        r: direction,
-        cone: Some([angle, 0.0]),
-    }
+    HitFragment { x: [0.0; 3], r: direction, cone: Some([angle, 0.0]) }
 }
 
 impl TexSubject {
@@ -53,24 +49,18 @@ impl TexSubject {
             out.paths += before.elapsed().as_secs_f64();
             cones.ray(number);
             let lens = self.scene.camera.lens;
-            walk(
-                &mut cones,
-                &settings.tex,
-                lens,
-                path,
-                &mut |asked, cone| match asked {
-                    Asked::Look(look) => out.looks[look.texture].push(Request {
-                        column,
-                        weight: look.weight / f64::from(self.scene.samples),
-                        asked: words(&look.fragment, cone),
-                    }),
-                    Asked::Sky(direction, weight) => out.sky.push(Request {
-                        column,
-                        weight: weight / f64::from(self.scene.samples),
-                        asked: bare(direction, value(cfg.angle(cone.angle))),
-                    }),
-                },
-            );
+            walk(&mut cones, &settings.tex, lens, path, &mut |asked, cone| match asked {
+                Asked::Look(look) => out.looks[look.texture].push(Request {
+                    column,
+                    weight: look.weight / f64::from(self.scene.samples),
+                    asked: words(&look.fragment, cone),
+                }),
+                Asked::Sky(direction, weight) => out.sky.push(Request {
+                    column,
+                    weight: weight / f64::from(self.scene.samples),
+                    asked: bare(direction, value(cfg.angle(cone.angle))),
+                }),
+            });
             let flags = std::mem::take(&mut cones.flags);
             if flags != Flags::default() {
                 for event in RtlEvent::ALL.iter().filter(|e| flags.has_event(**e)) {
@@ -84,37 +74,27 @@ impl TexSubject {
 
     /// The float reference's requests of a row: texture requests with their widths, and bare cones.
     pub(super) fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
-        let mut out = AskedF64 {
-            looks: Vec::new(),
-            sky: Vec::new(),
-            paths: 0.0,
-        };
+        let mut out = AskedF64 { looks: Vec::new(), sky: Vec::new(), paths: 0.0 };
         let scene = &self.scene;
         let mut cones = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
         let mut before = Instant::now();
         scene_row(scene, y, &mut |column, _, path| {
             out.paths += before.elapsed().as_secs_f64();
-            walk(
-                &mut cones,
-                &settings.tex,
-                scene.camera.lens,
-                path,
-                &mut |asked, cone| {
-                    let part = 1.0 / f64::from(scene.samples);
-                    match asked {
-                        Asked::Look(look) => out.looks.push(Request {
-                            column,
-                            weight: look.weight * part,
-                            asked: (look.texture, look.fragment, cone.width.0),
-                        }),
-                        Asked::Sky(direction, weight) => out.sky.push(Request {
-                            column,
-                            weight: weight * part,
-                            asked: bare(direction, cone.angle.0),
-                        }),
-                    }
-                },
-            );
+            walk(&mut cones, &settings.tex, scene.camera.lens, path, &mut |asked, cone| {
+                let part = 1.0 / f64::from(scene.samples);
+                match asked {
+                    Asked::Look(look) => out.looks.push(Request {
+                        column,
+                        weight: look.weight * part,
+                        asked: (look.texture, look.fragment, cone.width.0),
+                    }),
+                    Asked::Sky(direction, weight) => out.sky.push(Request {
+                        column,
+                        weight: weight * part,
+                        asked: bare(direction, cone.angle.0),
+                    }),
+                }
+            });
             before = Instant::now();
         });
         out
@@ -161,22 +141,14 @@ impl TexSubject {
         for column in 0..self.scene.width {
             let at = [column, y].map(|n| n as f64 + 0.5);
             self.scene.path(at, [0, self.scene.samples], &mut path);
-            cones.ray(to_u64(
-                (y * self.scene.width + column) * self.scene.samples as usize,
-            ));
+            cones.ray(to_u64((y * self.scene.width + column) * self.scene.samples as usize));
             let lens = self.scene.camera.lens;
-            walk(
-                &mut cones,
-                &settings.tex,
-                lens,
-                &path,
-                &mut |asked, cone| {
-                    if let Asked::Look(look) = asked {
-                        let width = value(cfg.width(cone.width));
-                        each(column, look, &words(&look.fragment, cone), width);
-                    }
-                },
-            );
+            walk(&mut cones, &settings.tex, lens, &path, &mut |asked, cone| {
+                if let Asked::Look(look) = asked {
+                    let width = value(cfg.width(cone.width));
+                    each(column, look, &words(&look.fragment, cone), width);
+                }
+            });
         }
     }
 }

@@ -60,15 +60,8 @@ impl TexEngine {
     pub fn new(spec: &UnitSpec, subject: &TexSubject) -> Result<Self, InputError> {
         let textures = subject.scene.textures.iter();
         Ok(Self {
-            textures: textures
-                .map(|map| TexRtl::new(spec, map))
-                .collect::<Result<_, _>>()?,
-            sky: HitRtl::new(
-                spec,
-                &Distance::nothing(),
-                Some(&subject.sky),
-                subject.sky.size(),
-            )?,
+            textures: textures.map(|map| TexRtl::new(spec, map)).collect::<Result<_, _>>()?,
+            sky: HitRtl::new(spec, &Distance::nothing(), Some(&subject.sky), subject.sky.size())?,
         })
     }
 }
@@ -88,11 +81,7 @@ impl TexSubject {
                 count
             })
             .sum();
-        Self {
-            scene,
-            sky,
-            requests,
-        }
+        Self { scene, sky, requests }
     }
 
     /// Pixels, all of which show something.
@@ -133,11 +122,7 @@ impl TexSubject {
             for (to, [red, green, blue, weight]) in
                 levels.rgb[y * width..].iter_mut().zip(row.levels)
             {
-                *to = if weight > 0.0 {
-                    [red, green, blue].map(|c| c / weight)
-                } else {
-                    [0.02; 3]
-                };
+                *to = if weight > 0.0 { [red, green, blue].map(|c| c / weight) } else { [0.02; 3] };
             }
             probes += row.probes;
             texels += row.texels;
@@ -218,9 +203,7 @@ impl TexSubject {
         let mut row = Row::new(self.scene.width);
         row.flags.clone_from(&asked.flags);
         let maps = self.scene.textures.iter().zip(&engine.textures);
-        row.tiles = maps
-            .map(|(map, unit)| Tiles::new(map, unit.config.tex.wrap))
-            .collect();
+        row.tiles = maps.map(|(map, unit)| Tiles::new(map, unit.config.tex.wrap)).collect();
         for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
             let mut at = 0;
             let each = |state: &TexState<LANES>, out: &Results<LANES>, len: usize| {
@@ -252,9 +235,7 @@ impl TexSubject {
 
     fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {
         let textures = self.scene.textures.iter();
-        textures
-            .map(|map| PlanarTexture::new(map, settings.tex.wrap))
-            .collect()
+        textures.map(|map| PlanarTexture::new(map, settings.tex.wrap)).collect()
     }
 
     /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
@@ -282,11 +263,7 @@ impl TexSubject {
                 let size = texture.level_size(0);
                 let read = (!gaussian).then_some(texture);
                 let found = tex(&prepared, *width, fragment, size, read, &mut NoTap);
-                lines.push(TexLine {
-                    texture: *index,
-                    line: Line::of_tex(&found),
-                    width: *width,
-                });
+                lines.push(TexLine { texture: *index, line: Line::of_tex(&found), width: *width });
                 let colour = if gaussian {
                     let (colour, points) = ewa_planar(&found, texture);
                     row.texels += points;
@@ -336,10 +313,8 @@ impl TexSubject {
         let mut seconds = 0.0;
         for first in (0..height).step_by(block) {
             let last = (first + block).min(height);
-            let asked: Vec<AskedGpu> = (first..last)
-                .into_par_iter()
-                .map(|y| self.ask_gpu(engine.wrap, y))
-                .collect();
+            let asked: Vec<AskedGpu> =
+                (first..last).into_par_iter().map(|y| self.ask_gpu(engine.wrap, y)).collect();
             let begin = Instant::now();
             rows.extend((first..last).map(|_| Row::new(width)));
             engine.filter(&asked, &mut |y, request, found| {
@@ -444,14 +419,8 @@ impl TexSubject {
                     let (_, out) = unit.lanes::<1, _>(std::slice::from_ref(words), &mut mine);
                     let texture = &textures[look.texture];
                     let size = texture.level_size(0);
-                    let there = tex(
-                        &prepared,
-                        width,
-                        &look.fragment,
-                        size,
-                        Some(texture),
-                        &mut theirs,
-                    );
+                    let there =
+                        tex(&prepared, width, &look.fragment, size, Some(texture), &mut theirs);
                     let same = out.probes[0] == i64::from(there.probes);
                     let pixel = [column, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
                     errors.add(&mine, &theirs, pixel, true, same);
@@ -460,8 +429,6 @@ impl TexSubject {
                 errors
             })
             .collect();
-        parts
-            .iter()
-            .fold(RegisterErrors::default(), RegisterErrors::merge)
+        parts.iter().fold(RegisterErrors::default(), RegisterErrors::merge)
     }
 }

@@ -30,16 +30,9 @@ impl Tiles {
     pub fn new(map: &PlanarMap, wrap: [Wrap; 2]) -> Self {
         let level = |size: [usize; 2]| {
             let tiles = size.map(|n| n.div_ceil(TILE));
-            Level {
-                size,
-                tiles,
-                touched: vec![false; tiles[0] * tiles[1]],
-            }
+            Level { size, tiles, touched: vec![false; tiles[0] * tiles[1]] }
         };
-        Self {
-            levels: map.levels.iter().map(|l| level(l.size)).collect(),
-            wrap,
-        }
+        Self { levels: map.levels.iter().map(|l| level(l.size)).collect(), wrap }
     }
 
     /// The four texels of a bilinear footprint whose first one stands at `corner` of the bordered level: −1, −1 is 0, 0.
@@ -148,21 +141,14 @@ mod tests {
     #[test]
     fn a_footprint_on_a_tiles_corner_touches_four_and_one_on_the_edge_wraps() {
         let size = [200, 130];
-        let map = build_planar_mips(PlanarLevel {
-            size,
-            texels: vec![[0.0; 3]; 200 * 130],
-        });
+        let map = build_planar_mips(PlanarLevel { size, texels: vec![[0.0; 3]; 200 * 130] });
         let mut tiles = Tiles::new(&map, [Wrap::Repeat, Wrap::Clamp]);
         // Texels 63, 64 in both directions: corner + 1.
         tiles.touch(0, [64, 64]);
         assert_eq!(tiles.counts()[0], 4);
         // Columns −1 and 0: the last and the first; row −1 is row 0.
         tiles.touch(0, [0, 0]);
-        assert_eq!(
-            tiles.counts()[0],
-            5,
-            "columns 0 and 3 of row 0, the first known"
-        );
+        assert_eq!(tiles.counts()[0], 5, "columns 0 and 3 of row 0, the first known");
         // Level 2 has 50 × 32 texels: one tile.
         tiles.touch(2, [0, 0]);
         tiles.touch(2, [50, 32]);

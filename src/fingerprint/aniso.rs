@@ -31,13 +31,7 @@ pub enum Count {
 
 impl Count {
     /// Every rule.
-    pub const ALL: [Self; 5] = [
-        Self::Ceil,
-        Self::Round,
-        Self::Floor,
-        Self::Even,
-        Self::PowerOfTwo,
-    ];
+    pub const ALL: [Self; 5] = [Self::Ceil, Self::Round, Self::Floor, Self::Even, Self::PowerOfTwo];
 
     /// In words.
     #[must_use]
@@ -222,11 +216,7 @@ pub fn rules() -> Vec<LodRule> {
     for mix in Mix::ALL {
         for lengths in [Lengths::Derivatives, Lengths::Ellipse] {
             for width in &widths {
-                rules.push(LodRule {
-                    width: *width,
-                    lengths,
-                    mix,
-                });
+                rules.push(LodRule { width: *width, lengths, mix });
             }
         }
     }
@@ -267,10 +257,7 @@ pub fn levels(
     for i in 0..SKEWED as u64 {
         let r = |j| random(0x5000 + 16 * i + j);
         let scale = libm::exp2(3.0 + r(4));
-        cases.push((
-            [2.0 * r(0) * scale, r(1) * scale],
-            [r(2) * scale, r(3) * scale],
-        ));
+        cases.push(([2.0 * r(0) * scale, r(1) * scale], [r(2) * scale, r(3) * scale]));
     }
     let queries: Vec<Query> = cases.iter().map(|(dx, dy)| query(*dx, *dy)).collect();
     let seen = lods(unit, State::trilinear(clamp), source, &queries)?;
@@ -282,12 +269,7 @@ pub fn levels(
         let (major, _, _) = rule.lengths.of(*dx, *dy);
         rule.lod(octave, clamp, major, [*dx, *dy]).min(most)
     });
-    Ok(Levels {
-        clamp,
-        source,
-        sweep,
-        rules,
-    })
+    Ok(Levels { clamp, source, sweep, rules })
 }
 
 /// Whether a look-up with given derivatives depends on what its neighbours look up: four neighbours 4 texels apart with equal

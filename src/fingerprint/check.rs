@@ -109,16 +109,10 @@ pub fn lines(
     let seen = alone(unit, &image, state, rule.source, &queries)?;
     let mut fits = Vec::new();
     for line in Line::all(rule.shape) {
-        let mut trial = Model {
-            rules: vec![Rule { line, ..rule }],
-            ..model.clone()
-        };
+        let mut trial = Model { rules: vec![Rule { line, ..rule }], ..model.clone() };
         let predicted = trial.sample(&image, state, rule.source, &queries)?;
-        let distances: Vec<f64> = seen
-            .iter()
-            .zip(&predicted)
-            .map(|(a, b)| distance(a, b))
-            .collect();
+        let distances: Vec<f64> =
+            seen.iter().zip(&predicted).map(|(a, b)| distance(a, b)).collect();
         fits.push(Fit::of(line, &distances));
     }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));

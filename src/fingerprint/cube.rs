@@ -37,9 +37,8 @@ pub struct Ties {
 ///
 /// What the device reports.
 pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, GpuError> {
-    let image = Image::new(Shape::Cube, Format::Half, 4, 1, |_, face, _, _| {
-        [face as f32, 0.0, 0.0, 1.0]
-    });
+    let image =
+        Image::new(Shape::Cube, Format::Half, 4, 1, |_, face, _, _| [face as f32, 0.0, 0.0, 1.0]);
     let mut directions = Vec::new();
     for x in [-1i8, 0, 1] {
         for y in [-1i8, 0, 1] {
@@ -50,23 +49,12 @@ pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, GpuError> {
             }
         }
     }
-    let queries: Vec<Query> = directions
-        .iter()
-        .map(|d| Query {
-            at: d.map(f32::from),
-            ..Query::default()
-        })
-        .collect();
+    let queries: Vec<Query> =
+        directions.iter().map(|d| Query { at: d.map(f32::from), ..Query::default() }).collect();
     let faces = unit.sample(&image, State::nearest(), Source::Level, &queries)?;
-    let seen: Vec<([i8; 3], usize)> = directions
-        .into_iter()
-        .zip(faces)
-        .map(|(d, c)| (d, to_index(c[0].into())))
-        .collect();
-    let expected = seen
-        .iter()
-        .filter(|(d, face)| major_face(d.map(f64::from)) == *face)
-        .count();
+    let seen: Vec<([i8; 3], usize)> =
+        directions.into_iter().zip(faces).map(|(d, c)| (d, to_index(c[0].into()))).collect();
+    let expected = seen.iter().filter(|(d, face)| major_face(d.map(f64::from)) == *face).count();
     Ok(Ties { seen, expected })
 }
 
@@ -111,55 +99,28 @@ pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, GpuErro
             (near(0.3), -near(0.1)),
             (-near(0.2), -near(0.25)),
         ] {
-            queries.push(Query {
-                at: direction(face, u, v).map(to_f32),
-                ..Query::default()
-            });
+            queries.push(Query { at: direction(face, u, v).map(to_f32), ..Query::default() });
         }
     }
     let state = State::trilinear(1);
-    let measured = transfer(
-        unit,
-        (Shape::Cube, SMALL, 1),
-        state,
-        Source::Level,
-        &queries,
-    )?;
+    let measured = transfer(unit, (Shape::Cube, SMALL, 1), state, Source::Level, &queries)?;
     let mut ranked = Vec::new();
     for seam in [Seam::Neighbour, Seam::Clamped] {
         for corner in Corner::ALL {
             if seam == Seam::Clamped && corner != Corner::Mean {
                 continue;
             }
-            let mut model = Model {
-                seam,
-                corner,
-                ..model.clone()
-            };
-            let predicted = transfer(
-                &mut model,
-                (Shape::Cube, SMALL, 1),
-                state,
-                Source::Level,
-                &queries,
-            )?;
+            let mut model = Model { seam, corner, ..model.clone() };
+            let predicted =
+                transfer(&mut model, (Shape::Cube, SMALL, 1), state, Source::Level, &queries)?;
             let pairs = measured.iter().zip(&predicted);
             let worst = pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
             ranked.push(((seam, corner), worst));
         }
     }
     ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let corner = Query {
-        at: [1.0; 3],
-        ..Query::default()
-    };
-    let corner = transfer(
-        unit,
-        (Shape::Cube, SMALL, 1),
-        state,
-        Source::Level,
-        &[corner],
-    )?;
+    let corner = Query { at: [1.0; 3], ..Query::default() };
+    let corner = transfer(unit, (Shape::Cube, SMALL, 1), state, Source::Level, &[corner])?;
     let weights = corner[0].levels[0].iter().filter(|w| **w > 0.0);
     Ok(Seams {
         rule: ranked[0].0,
@@ -172,9 +133,7 @@ pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, GpuErro
 /// Largest difference of two transfers' weights.
 fn distance(a: &Transfer, b: &Transfer) -> f64 {
     let pairs = a.levels.iter().flatten().zip(b.levels.iter().flatten());
-    pairs
-        .map(|(a, b)| f64::from((a - b).abs()))
-        .fold(0.0, f64::max)
+    pairs.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
 }
 
 /// Random look-ups: directions that keep clear of edges, derivatives that are skewed in 3-D.
@@ -187,12 +146,7 @@ fn cases() -> Vec<Query> {
             // 2 to 32 texels of level 0.
             let scale = libm::exp2(3.0 + 2.0 * r(8)) * 2.0 / SIZE as f64;
             let d = |j: u64| [0, 1, 2].map(|c| to_f32(r(j + c) * scale));
-            Query {
-                at: at.map(to_f32),
-                dx: d(2),
-                dy: d(5),
-                lod: 0.0,
-            }
+            Query { at: at.map(to_f32), dx: d(2), dy: d(5), lod: 0.0 }
         })
         .collect()
 }
@@ -217,11 +171,7 @@ fn lods(
 ) -> Result<Vec<(Query, f64)>, GpuError> {
     let image = numbered(Shape::Cube, SIZE, LEVELS);
     let seen = alone(unit, &image, state, source, queries)?;
-    Ok(queries
-        .iter()
-        .copied()
-        .zip(seen.iter().map(|c| f64::from(c[0])))
-        .collect())
+    Ok(queries.iter().copied().zip(seen.iter().map(|c| f64::from(c[0]))).collect())
 }
 
 /// Which length of 3-D derivatives counts without anisotropy.
@@ -234,10 +184,8 @@ pub fn rho(
     octave: &[f64],
 ) -> Result<Vec<Fit<(Projection, Rho)>>, GpuError> {
     let cases = lods(unit, State::trilinear(1), Source::Gradient, &cases())?;
-    let all: Vec<(Projection, Rho)> = PROJECTIONS
-        .into_iter()
-        .flat_map(|p| PLANAR_RULES.map(|rho| (p, rho)))
-        .collect();
+    let all: Vec<(Projection, Rho)> =
+        PROJECTIONS.into_iter().flat_map(|p| PLANAR_RULES.map(|rho| (p, rho))).collect();
     Ok(rank(&all, &cases, |(projection, rho), q| {
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));
         let length = projection.length(rho, at, [dx, dy], SIZE as f64);
@@ -270,8 +218,7 @@ pub fn aniso(
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));
         let pair = [dx, dy].map(|d| projection.on_face(at, d, SIZE as f64));
         let major = projection.length(rho, at, [dx, dy], SIZE as f64);
-        rule.lod(octave, clamp, major, pair)
-            .min((LEVELS - 1) as f64)
+        rule.lod(octave, clamp, major, pair).min((LEVELS - 1) as f64)
     }))
 }
 
@@ -304,24 +251,13 @@ pub fn footprints(
             let to = direction(face, d[0] * texel, d[1] * texel);
             [0, 1, 2].map(|i| to_f32(to[i] - zero[i]))
         };
-        Query {
-            at: direction(face, u, v).map(to_f32),
-            dx: moved(x),
-            dy: moved(y),
-            lod: 0.0,
-        }
+        Query { at: direction(face, u, v).map(to_f32), dx: moved(x), dy: moved(y), lod: 0.0 }
     };
     let half = libm::sqrt(0.5);
     let asked = [
         ("middle of +z", on(0.125, 0.125, [6.0, 0.0], [0.0, 1.0])),
-        (
-            "middle, 45 degrees",
-            on(0.125, 0.125, [6.0 * half, 6.0 * half], [-half, half]),
-        ),
-        (
-            "over the edge to +x",
-            on(0.9, 0.125, [6.0, 0.0], [0.0, 1.0]),
-        ),
+        ("middle, 45 degrees", on(0.125, 0.125, [6.0 * half, 6.0 * half], [-half, half])),
+        ("over the edge to +x", on(0.9, 0.125, [6.0, 0.0], [0.0, 1.0])),
         ("near a corner", on(0.85, 0.85, [6.0, 0.0], [0.0, 1.0])),
     ];
     let queries = asked.map(|(_, q)| q);
@@ -330,10 +266,6 @@ pub fn footprints(
     Ok(asked
         .into_iter()
         .zip(found)
-        .map(|((title, query), transfer)| Shown {
-            title,
-            query,
-            transfer,
-        })
+        .map(|((title, query), transfer)| Shown { title, query, transfer })
         .collect())
 }

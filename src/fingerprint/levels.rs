@@ -22,9 +22,7 @@ const PAIRS: usize = 512;
 /// A texture whose texels are their level's number in red.
 #[must_use]
 pub fn numbered(shape: Shape, size: usize, levels: usize) -> Image {
-    Image::new(shape, Format::Half, size, levels, |level, _, _, _| {
-        [level as f32, 0.0, 0.0, 1.0]
-    })
+    Image::new(shape, Format::Half, size, levels, |level, _, _, _| [level as f32, 0.0, 0.0, 1.0])
 }
 
 /// Ways to take a logarithm of f32's exponent and mantissa.
@@ -41,12 +39,7 @@ pub enum Log {
 }
 
 /// Every way.
-const LOGS: [Log; 4] = [
-    Log::Exact,
-    Log::Mantissa,
-    Log::MantissaOfSquare,
-    Log::MiddleHalf,
-];
+const LOGS: [Log; 4] = [Log::Exact, Log::Mantissa, Log::MantissaOfSquare, Log::MiddleHalf];
 
 impl Log {
     /// In words.
@@ -79,9 +72,8 @@ impl Log {
     /// One octave of a curve.
     #[must_use]
     pub fn octave(self) -> Vec<f64> {
-        let mut octave: Vec<f64> = (0..SWEEP)
-            .map(|k| self.fraction(f64::from(k) / f64::from(SWEEP)))
-            .collect();
+        let mut octave: Vec<f64> =
+            (0..SWEEP).map(|k| self.fraction(f64::from(k) / f64::from(SWEEP))).collect();
         octave.push(1.0);
         octave
     }
@@ -126,12 +118,7 @@ pub struct Curve {
 #[must_use]
 pub fn query(dx: [f64; 2], dy: [f64; 2]) -> Query {
     let scale = |v: [f64; 2]| [to_f32(v[0] / SIZE as f64), to_f32(v[1] / SIZE as f64), 0.0];
-    Query {
-        at: [0.5, 0.5, 0.0],
-        dx: scale(dx),
-        dy: scale(dy),
-        lod: 0.0,
-    }
+    Query { at: [0.5, 0.5, 0.0], dx: scale(dx), dy: scale(dy), lod: 0.0 }
 }
 
 /// The levels of detail that queries get.
@@ -164,10 +151,7 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
         })
         .collect();
     let seen = lods(unit, State::trilinear(1), Source::Level, &queries)?;
-    Ok(staircase(
-        seen.into_iter().map(|lod| lod - 2.0).collect(),
-        None,
-    ))
+    Ok(staircase(seen.into_iter().map(|lod| lod - 2.0).collect(), None))
 }
 
 /// The curve, of footprints that have a derivative along one axis alone: all rules of length agree on those.
@@ -189,27 +173,18 @@ pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, GpuError> {
     for i in CURVE..=(OCTAVES - 1) * CURVE {
         repeats = repeats.max((measured[i + CURVE] - measured[i] - 1.0).abs());
     }
-    let fine: Vec<Query> = (0..=SWEEP)
-        .map(|k| line(2.0 + f64::from(k) / f64::from(SWEEP)))
-        .collect();
+    let fine: Vec<Query> =
+        (0..=SWEEP).map(|k| line(2.0 + f64::from(k) / f64::from(SWEEP))).collect();
     let fine = lods(unit, state, Source::Gradient, &fine)?;
     let octave: Vec<f64> = fine.into_iter().map(|l| l - 2.0).collect();
     let bits = grid_bits(&octave);
     let distinct = staircase(octave.clone(), None).distinct;
-    let points: Vec<(f64, f64)> = octave
-        .iter()
-        .enumerate()
-        .map(|(k, l)| (fraction(k), *l))
-        .take(SWEEP as usize)
-        .collect();
+    let points: Vec<(f64, f64)> =
+        octave.iter().enumerate().map(|(k, l)| (fraction(k), *l)).take(SWEEP as usize).collect();
     let logs = rank(&LOGS, &points, |log, f| log.fraction(*f));
-    let nearest = State {
-        linear_mips: false,
-        ..state
-    };
-    let switch: Vec<Query> = (0..=SWEEP)
-        .map(|k| line(1.0 + f64::from(k) / f64::from(SWEEP)))
-        .collect();
+    let nearest = State { linear_mips: false, ..state };
+    let switch: Vec<Query> =
+        (0..=SWEEP).map(|k| line(1.0 + f64::from(k) / f64::from(SWEEP))).collect();
     let switch = lods(unit, nearest, Source::Gradient, &switch)?;
     let first = switch.iter().position(|l| *l > 1.5).unwrap_or(switch.len());
     Ok(Curve {
@@ -255,9 +230,7 @@ pub fn rank<R: Copy, T>(
 ) -> Vec<Fit<R>> {
     let mut fits: Vec<Fit<R>> = Vec::new();
     for rule in rules {
-        let distances = cases
-            .iter()
-            .map(|(case, seen)| (predict(*rule, case) - seen).abs());
+        let distances = cases.iter().map(|(case, seen)| (predict(*rule, case) - seen).abs());
         fits.push(Fit::of(*rule, &distances.collect::<Vec<_>>()));
     }
     fits.sort_by(|a, b| a.mean.total_cmp(&b.mean));

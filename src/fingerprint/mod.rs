@@ -153,11 +153,7 @@ pub fn fingerprint(
     (model.seam, model.corner) = seams.rule;
 
     progress("anisotropy");
-    let clamps: &[u16] = if unit.is_anisotropic() {
-        &CLAMPS
-    } else {
-        &CLAMPS[..1]
-    };
+    let clamps: &[u16] = if unit.is_anisotropic() { &CLAMPS } else { &CLAMPS[..1] };
     let largest = clamps[clamps.len() - 1];
     let (mut neighbours, mut ratios, mut filters) = (Vec::new(), Vec::new(), Vec::new());
     for clamp in clamps {
@@ -231,13 +227,7 @@ fn filter(
     lod: Fit<LodRule>,
     (clamp, source): (u16, Source),
 ) -> Result<Filter, GpuError> {
-    let mut rule = Rule {
-        shape,
-        source,
-        clamp,
-        lod: lod.rule,
-        line: Line::Single,
-    };
+    let mut rule = Rule { shape, source, clamp, lod: lod.rule, line: Line::Single };
     let lines = check::lines(unit, model, rule)?;
     rule.line = lines[0].rule;
     Ok(Filter { rule, lod, lines })
@@ -266,18 +256,12 @@ fn table(clamps: &[u16]) -> Vec<Footprint> {
     let mut add = |shape, clamp: u16, ratio: f64, degrees: u32| {
         // Beyond eight clamps the level is so small that edges come near.
         if ratio <= 8.0 * f64::from(clamp) {
-            table.push(Footprint {
-                shape,
-                clamp,
-                ratio,
-                degrees: degrees.into(),
-            });
+            table.push(Footprint { shape, clamp, ratio, degrees: degrees.into() });
         }
     };
-    for (shape, ratios, degrees) in [
-        (Shape::Planar, &TABLE_RATIOS[..], 15),
-        (Shape::Cube, &SWEPT_RATIOS[..], 45),
-    ] {
+    for (shape, ratios, degrees) in
+        [(Shape::Planar, &TABLE_RATIOS[..], 15), (Shape::Cube, &SWEPT_RATIOS[..], 45)]
+    {
         for clamp in clamps {
             for ratio in ratios {
                 add(shape, *clamp, *ratio, 0);
@@ -303,20 +287,15 @@ fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Map
             degrees,
         }));
     }
-    let queries: Vec<Query> = footprints
-        .iter()
-        .map(|f| taps::query_on(f, MAP, [(MAP as f64 + 1.0) / 2.0; 2]))
-        .collect();
+    let queries: Vec<Query> =
+        footprints.iter().map(|f| taps::query_on(f, MAP, [(MAP as f64 + 1.0) / 2.0; 2])).collect();
     let levels = MAP.ilog2() as usize + 1;
     let shape = (Shape::Planar, MAP, levels);
     let found = transfer::transfer(unit, shape, State::trilinear(clamp), source, &queries)?;
     Ok(footprints
         .into_iter()
         .zip(found)
-        .map(|(footprint, transfer)| Mapped {
-            footprint,
-            transfer,
-        })
+        .map(|(footprint, transfer)| Mapped { footprint, transfer })
         .collect())
 }
 

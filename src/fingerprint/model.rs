@@ -41,11 +41,7 @@ struct Footprint {
 
 impl Footprint {
     fn single(lod: f64) -> Self {
-        Self {
-            lod,
-            offsets: vec![[0.0; 2]],
-            ellipse: None,
-        }
+        Self { lod, offsets: vec![[0.0; 2]], ellipse: None }
     }
 }
 
@@ -60,17 +56,10 @@ impl Model {
         };
         let (lod, taps) = (footprint.lod.clamp(0.0, top), footprint.offsets);
         if let Some((seam, pair)) = footprint.ellipse {
-            let model = Self {
-                seam,
-                ..self.clone()
-            };
+            let model = Self { seam, ..self.clone() };
             return model.ellipse(image, to_index(lod), query, pair);
         }
-        let lod = if state.linear_mips {
-            lod
-        } else {
-            (lod + 0.5).floor().min(top)
-        };
+        let lod = if state.linear_mips { lod } else { (lod + 0.5).floor().min(top) };
         let (low, share) = (lod.floor(), lod - lod.floor());
         let mut sum = [0.0; 4];
         for offset in &taps {
@@ -148,11 +137,8 @@ impl Model {
         let [x, y] = at.map(|c| c * n - 0.5);
         let shrink = libm::exp2(-(level as f64));
         let [[sx, tx], [sy, ty]] = pair.map(|d| d.map(|c| c * shrink));
-        let (a, b, c) = (
-            tx * tx + ty * ty + 1.0,
-            -2.0 * (sx * tx + sy * ty),
-            sx * sx + sy * sy + 1.0,
-        );
+        let (a, b, c) =
+            (tx * tx + ty * ty + 1.0, -2.0 * (sx * tx + sy * ty), sx * sx + sy * sy + 1.0);
         let f = a * c - b * b / 4.0;
         // Half the box around A s² + B s t + C t² = F.
         let [reach_x, reach_y] = [c, a].map(libm::sqrt);
@@ -166,9 +152,7 @@ impl Model {
                 // 1024 entries of a table: the last one's index is 1023.
                 if q * 1023.0 < 1024.0 {
                     let weight = libm::exp(-2.0 * (q * 1023.0).floor() / 1023.0);
-                    let texel = self
-                        .texel(image, level, face, column, row)
-                        .unwrap_or([0.0; 4]);
+                    let texel = self.texel(image, level, face, column, row).unwrap_or([0.0; 4]);
                     for (sum, texel) in sum.iter_mut().zip(texel) {
                         *sum += weight * texel;
                     }
@@ -256,10 +240,7 @@ impl Model {
         } else {
             across_edge(side, face, x, y)?
         };
-        Some(stored(
-            image.format,
-            image.levels[level][(face * side + y) * side + x],
-        ))
+        Some(stored(image.format, image.levels[level][(face * side + y) * side + x]))
     }
 }
 

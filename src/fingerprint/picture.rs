@@ -15,18 +15,11 @@ const WIDTH: usize = 1640;
 #[must_use]
 pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
     let cubes: usize = found.cube_map.len();
-    let scale = if found.quad_map.is_empty() {
-        LARGE
-    } else {
-        SMALL_SCALE
-    };
+    let scale = if found.quad_map.is_empty() { LARGE } else { SMALL_SCALE };
     let height = 930 + MAP_RATIOS.len() * scale.cell() + cubes * (3 * SMALL * CUBE_TEXEL + 40);
     let mut canvas = Canvas::new(WIDTH, height);
     canvas.text((24, 20), &format!("sampler fingerprint: {adapter}"), 2, INK);
-    let (right, all) = found
-        .checks
-        .iter()
-        .fold((0, 0), |(a, b), g| (a + g.within, b + g.look_ups));
+    let (right, all) = found.checks.iter().fold((0, 0), |(a, b), g| (a + g.within, b + g.look_ups));
     let proof = format!(
         "tapline {}   model of these rules predicts {right} of {all} random samples within one step",
         env!("CARGO_PKG_VERSION")
@@ -36,14 +29,7 @@ pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
     lods(&mut canvas, found);
     ratios(&mut canvas, found);
     let top = 810;
-    tap_map(
-        &mut canvas,
-        (24, top),
-        scale,
-        Source::Gradient,
-        &found.map,
-        found,
-    );
+    tap_map(&mut canvas, (24, top), scale, Source::Gradient, &found.map, found);
     if !found.quad_map.is_empty() {
         tap_map(
             &mut canvas,
@@ -62,11 +48,7 @@ pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
         );
         canvas.text((24, y), &title, 1, INK);
         for (i, s) in shown.iter().enumerate() {
-            net(
-                &mut canvas,
-                (24 + i * (4 * SMALL * CUBE_TEXEL + 40), y + 24),
-                s,
-            );
+            net(&mut canvas, (24 + i * (4 * SMALL * CUBE_TEXEL + 40), y + 24), s);
         }
         y += 3 * SMALL * CUBE_TEXEL + 40;
     }
@@ -77,12 +59,8 @@ pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
 fn staircases(canvas: &mut Canvas, found: &Fingerprint) {
     let x = fractions();
     for (i, zoom) in [1.0, 1.0 / 32.0].into_iter().enumerate() {
-        let axes = Axes {
-            at: (70 + 520 * i, 90),
-            size: (430, 280),
-            x: [0.0, zoom],
-            y: [0.0, zoom],
-        };
+        let axes =
+            Axes { at: (70 + 520 * i, 90), size: (430, 280), x: [0.0, zoom], y: [0.0, zoom] };
         let ticks = [0.0, zoom / 4.0, zoom / 2.0, zoom * 0.75, zoom];
         let title = if i == 0 {
             "weight of the right texel over the fraction of the coordinate"
@@ -101,12 +79,7 @@ fn staircases(canvas: &mut Canvas, found: &Fingerprint) {
     for (w, color) in found.weights.iter().zip(SERIES) {
         y += 16;
         let steps = w.axes[0].steps;
-        canvas.text(
-            (1100, y),
-            &format!("{}: {steps}", w.format.name()),
-            1,
-            color,
-        );
+        canvas.text((1100, y), &format!("{}: {steps}", w.format.name()), 1, color);
     }
     y += 32;
     for line in facts(found) {
@@ -136,10 +109,7 @@ fn facts(found: &Fingerprint) -> Vec<String> {
     let mut facts = vec![
         format!("weights between levels: {}", found.mips.steps),
         format!("logarithm: {}", c.logs[0].rule.name()),
-        format!(
-            "lambda - log2 rho: {:+.4} to {:+.4}",
-            c.error[0], c.error[1]
-        ),
+        format!("lambda - log2 rho: {:+.4} to {:+.4}", c.error[0], c.error[1]),
         format!("rho: {}", found.rho[0].rule.name()),
         gradients,
         format!("cube edge: {}", seam.name()),
@@ -175,12 +145,7 @@ fn wrap(text: &str, most: usize) -> Vec<String> {
 fn lods(canvas: &mut Canvas, found: &Fingerprint) {
     let lods = &found.curve.lods;
     let x = |i: usize| i as f64 / CURVE as f64 - 1.0;
-    let whole = Axes {
-        at: (70, 450),
-        size: (430, 280),
-        x: [-1.0, 5.0],
-        y: [0.0, 5.0],
-    };
+    let whole = Axes { at: (70, 450), size: (430, 280), x: [-1.0, 5.0], y: [0.0, 5.0] };
     let ticks = [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     whole.draw(
         canvas,
@@ -188,19 +153,10 @@ fn lods(canvas: &mut Canvas, found: &Fingerprint) {
         ["log2 rho", "lambda"],
         [&ticks, &ticks[1..]],
     );
-    whole.curve(
-        canvas,
-        [[-1.0, 0.0], [0.0, 0.0], [5.0, 5.0]].into_iter(),
-        IDEAL,
-    );
+    whole.curve(canvas, [[-1.0, 0.0], [0.0, 0.0], [5.0, 5.0]].into_iter(), IDEAL);
     let points = lods.iter().enumerate().map(|(i, l)| [x(i), *l]);
     whole.curve(canvas, points, SERIES[0]);
-    let off = Axes {
-        at: (590, 450),
-        size: (430, 280),
-        x: [0.0, 3.0],
-        y: [-0.1, 0.1],
-    };
+    let off = Axes { at: (590, 450), size: (430, 280), x: [0.0, 3.0], y: [-0.1, 0.1] };
     off.draw(
         canvas,
         "lambda - log2 rho: the D3D and Vulkan ideal is 0",
@@ -208,22 +164,14 @@ fn lods(canvas: &mut Canvas, found: &Fingerprint) {
         [&[0.0, 1.0, 2.0, 3.0], &[-0.1, -0.05, 0.0, 0.05, 0.1]],
     );
     let points = lods.iter().enumerate().map(|(i, l)| [x(i), l - x(i)]);
-    off.curve(
-        canvas,
-        points.filter(|p| (0.0..=3.0).contains(&p[0])),
-        SERIES[0],
-    );
+    off.curve(canvas, points.filter(|p| (0.0..=3.0).contains(&p[0])), SERIES[0]);
 }
 
 /// λ over the ratio for every clamp.
 fn ratios(canvas: &mut Canvas, found: &Fingerprint) {
     for (i, source) in [Source::Gradient, Source::Quad].into_iter().enumerate() {
-        let axes = Axes {
-            at: (1110 + 265 * i, 450),
-            size: (235, 280),
-            x: [0.0, 5.0],
-            y: [-0.2, 7.2],
-        };
+        let axes =
+            Axes { at: (1110 + 265 * i, 450), size: (235, 280), x: [0.0, 5.0], y: [-0.2, 7.2] };
         let title = format!("lambda, {}", source_name(source));
         let y_ticks = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         let y_ticks: &[f64] = if i == 0 { &y_ticks } else { &[] };
@@ -235,17 +183,12 @@ fn ratios(canvas: &mut Canvas, found: &Fingerprint) {
         );
         for clamp in [1.0, 16.0] {
             let ideal = |ratio: f64| 2.0 + libm::log2((ratio / clamp).max(1.0));
-            let points = (0..=100)
-                .map(|k| k as f64 / 20.0)
-                .map(|x| [x, ideal(libm::exp2(x))]);
+            let points = (0..=100).map(|k| k as f64 / 20.0).map(|x| [x, ideal(libm::exp2(x))]);
             axes.curve(canvas, points, IDEAL);
         }
         let of = found.ratios.iter().filter(|r| r.source == source);
         for (r, color) in of.zip(SERIES) {
-            let points = r
-                .sweep
-                .iter()
-                .map(|[ratio, lod]| [libm::log2(*ratio), *lod]);
+            let points = r.sweep.iter().map(|[ratio, lod]| [libm::log2(*ratio), *lod]);
             axes.curve(canvas, points, color);
         }
     }

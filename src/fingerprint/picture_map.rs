@@ -17,15 +17,9 @@ pub(super) struct Scale {
 }
 
 /// One map alone.
-pub(super) const LARGE: Scale = Scale {
-    texel: 8,
-    shown: 24,
-};
+pub(super) const LARGE: Scale = Scale { texel: 8, shown: 24 };
 /// Two maps side by side; a filter over an ellipse needs more texels than a line of taps.
-pub(super) const SMALL_SCALE: Scale = Scale {
-    texel: 4,
-    shown: 32,
-};
+pub(super) const SMALL_SCALE: Scale = Scale { texel: 4, shown: 32 };
 
 impl Scale {
     /// Pixels of a cell.
@@ -58,12 +52,7 @@ pub(super) fn tap_map(
     );
     canvas.text((x, y), &title, 1, INK);
     for (column, angle) in MAP_ANGLES.iter().enumerate() {
-        canvas.text(
-            (x + column * scale.cell(), y + 16),
-            &format!("{angle} deg"),
-            1,
-            INK,
-        );
+        canvas.text((x + column * scale.cell(), y + 16), &format!("{angle} deg"), 1, INK);
     }
     for (row, m) in map.chunks(MAP_ANGLES.len()).enumerate() {
         for (column, m) in m.iter().enumerate() {
@@ -72,24 +61,13 @@ pub(super) fn tap_map(
                 .taps
                 .iter()
                 .find(|t| source == Source::Gradient && t.footprint == m.footprint && t.explains());
-            cell(
-                canvas,
-                corner,
-                scale,
-                &m.transfer,
-                taps.map_or(&[], |t| &t.taps),
-            );
+            cell(canvas, corner, scale, &m.transfer, taps.map_or(&[], |t| &t.taps));
             if column == 0 {
                 let label = format!("ratio {}", m.footprint.ratio);
                 canvas.text((corner.0 + 3, corner.1 + 3), &label, 1, INK);
             }
             let label = format!("level {}", m.transfer.main_level());
-            canvas.text(
-                (corner.0 + 3, corner.1 + scale.inside() - 10),
-                &label,
-                1,
-                INK,
-            );
+            canvas.text((corner.0 + 3, corner.1 + scale.inside() - 10), &label, 1, INK);
         }
     }
 }
@@ -108,11 +86,8 @@ fn cell(
     canvas.frame((x, y), (scale.inside() + 1, scale.inside() + 1), FAINT);
     for row in 0..scale.shown {
         for column in 0..scale.shown {
-            let place = |c: usize| {
-                (c + side / 2)
-                    .checked_sub(scale.shown / 2)
-                    .filter(|c| *c < side)
-            };
+            let place =
+                |c: usize| (c + side / 2).checked_sub(scale.shown / 2).filter(|c| *c < side);
             let (Some(column_at), Some(row_at)) = (place(column), place(row)) else {
                 continue;
             };
@@ -142,9 +117,7 @@ pub(super) fn net(canvas: &mut Canvas, (x, y): (usize, usize), shown: &Shown) {
     let side = SMALL >> level;
     let texel = CUBE_TEXEL << level;
     let face_size = SMALL * CUBE_TEXEL;
-    let most = shown.transfer.levels[level]
-        .iter()
-        .fold(0.0f32, |a, b| a.max(*b));
+    let most = shown.transfer.levels[level].iter().fold(0.0f32, |a, b| a.max(*b));
     // Columns −x, +z, +x, −z; +y above +z and −y below it.
     let places = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)];
     for (face, (column, row)) in places.into_iter().enumerate() {

@@ -10,13 +10,8 @@ pub(super) const PAPER: [u8; 3] = [250, 250, 247];
 pub(super) const INK: [u8; 3] = [25, 25, 30];
 pub(super) const FAINT: [u8; 3] = [205, 205, 200];
 pub(super) const IDEAL: [u8; 3] = [150, 150, 150];
-pub(super) const SERIES: [[u8; 3]; 5] = [
-    [20, 90, 180],
-    [210, 80, 20],
-    [30, 140, 70],
-    [150, 50, 150],
-    [180, 140, 0],
-];
+pub(super) const SERIES: [[u8; 3]; 5] =
+    [[20, 90, 180], [210, 80, 20], [30, 140, 70], [150, 50, 150], [180, 140, 0]];
 
 /// A picture to draw on.
 pub(super) struct Canvas {
@@ -53,11 +48,7 @@ impl Canvas {
     }
 
     fn line(&mut self, a: [f64; 2], b: [f64; 2], color: [u8; 3]) {
-        let length = (b[0] - a[0])
-            .abs()
-            .max((b[1] - a[1]).abs())
-            .ceil()
-            .clamp(1.0, 8192.0);
+        let length = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().clamp(1.0, 8192.0);
         for i in 0..=to_index(length) {
             let t = i as f64 / length;
             self.dot(a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, color);
@@ -77,10 +68,7 @@ impl Axes {
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let share = |v: f64, [low, high]: [f64; 2]| ((v - low) / (high - low)).clamp(0.0, 1.0);
         let (w, h) = ((self.size.0 - 1) as f64, (self.size.1 - 1) as f64);
-        [
-            self.at.0 as f64 + share(x, self.x) * w,
-            self.at.1 as f64 + (1.0 - share(y, self.y)) * h,
-        ]
+        [self.at.0 as f64 + share(x, self.x) * w, self.at.1 as f64 + (1.0 - share(y, self.y)) * h]
     }
 
     /// Frame, title, grid lines and their labels.

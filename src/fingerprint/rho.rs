@@ -98,11 +98,8 @@ pub enum Projection {
 }
 
 /// Every projection.
-pub const PROJECTIONS: [Projection; 3] = [
-    Projection::Exact,
-    Projection::NoQuotient,
-    Projection::ThreeComponents,
-];
+pub const PROJECTIONS: [Projection; 3] =
+    [Projection::Exact, Projection::NoQuotient, Projection::ThreeComponents];
 
 impl Projection {
     /// The projection in words.

@@ -25,13 +25,7 @@ impl Seam {
 
 impl Corner {
     /// Every rule.
-    pub const ALL: [Self; 5] = [
-        Self::Mean,
-        Self::Rescaled,
-        Self::Own,
-        Self::Beside,
-        Self::Below,
-    ];
+    pub const ALL: [Self; 5] = [Self::Mean, Self::Rescaled, Self::Own, Self::Beside, Self::Below];
 
     /// In words.
     #[must_use]

@@ -107,9 +107,7 @@ pub struct Staircase {
 pub fn grid_bits(values: &[f64]) -> Option<u32> {
     (0..=MOST_BITS).find(|bits| {
         let one = f64::from(1u32 << bits);
-        values
-            .iter()
-            .all(|v| (v * one - (v * one).round()).abs() / one < libm::exp2(-13.0))
+        values.iter().all(|v| (v * one - (v * one).round()).abs() / one < libm::exp2(-13.0))
     })
 }
 
@@ -142,10 +140,8 @@ pub fn staircase(weights: Vec<f64>, colors: Option<f64>) -> Staircase {
         points.map(move |(k, w)| (w - shown(rule.weight(fraction(k)))).abs())
     };
     let total = |rule: &Steps| distances(*rule).sum::<f64>();
-    let steps = rules
-        .into_iter()
-        .min_by(|a, b| total(a).total_cmp(&total(b)))
-        .unwrap_or(Steps::Smooth);
+    let steps =
+        rules.into_iter().min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or(Steps::Smooth);
     Staircase {
         distinct: sorted.len(),
         worst: distances(steps).fold(0.0, f64::max),

@@ -52,10 +52,8 @@ impl Footprint {
     /// The derivatives in texels.
     #[must_use]
     pub fn derivatives(&self) -> [[f64; 2]; 2] {
-        let (sin, cos) = (
-            libm::sin(self.degrees.to_radians()),
-            libm::cos(self.degrees.to_radians()),
-        );
+        let (sin, cos) =
+            (libm::sin(self.degrees.to_radians()), libm::cos(self.degrees.to_radians()));
         // Multiples of 90 degrees are exact.
         let snap = |x: f64| if x.abs() < 1e-12 { 0.0 } else { x };
         let (sin, cos) = (snap(sin), snap(cos));
@@ -83,12 +81,7 @@ impl Taps {
         let gaps: Vec<f64> = self
             .taps
             .windows(2)
-            .map(|w| {
-                libm::hypot(
-                    w[1].offset[0] - w[0].offset[0],
-                    w[1].offset[1] - w[0].offset[1],
-                )
-            })
+            .map(|w| libm::hypot(w[1].offset[0] - w[0].offset[0], w[1].offset[1] - w[0].offset[1]))
             .collect();
         let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
         let off = gaps.iter().map(|g| (g - mean).abs()).fold(0.0, f64::max);
@@ -137,11 +130,8 @@ pub fn taps(
 ) -> Result<Vec<Taps>, GpuError> {
     let mut found: Vec<(usize, Taps)> = Vec::new();
     for shape in [Shape::Planar, Shape::Cube] {
-        let asked: Vec<(usize, &Footprint)> = footprints
-            .iter()
-            .enumerate()
-            .filter(|(_, f)| f.shape == shape)
-            .collect();
+        let asked: Vec<(usize, &Footprint)> =
+            footprints.iter().enumerate().filter(|(_, f)| f.shape == shape).collect();
         if asked.is_empty() {
             continue;
         }
@@ -149,11 +139,8 @@ pub fn taps(
         for level in 0..=TOP {
             let at_level =
                 |(_, lod): &(&(usize, &Footprint), f64)| to_index(lod.round()).min(TOP) == level;
-            let group: Vec<(&(usize, &Footprint), f64)> = asked
-                .iter()
-                .zip(lods.iter().copied())
-                .filter(at_level)
-                .collect();
+            let group: Vec<(&(usize, &Footprint), f64)> =
+                asked.iter().zip(lods.iter().copied()).filter(at_level).collect();
             sweep(unit, (shape, source, level), &group, &mut found)?;
         }
     }
@@ -174,9 +161,7 @@ fn middle_lods(
     for (_, footprint) in asked {
         let state = State::trilinear(footprint.clamp);
         let query = query_on(footprint, HINGE, middle);
-        lods.push(f64::from(
-            alone(unit, &numbered, state, source, &[query])?[0][0],
-        ));
+        lods.push(f64::from(alone(unit, &numbered, state, source, &[query])?[0][0]));
     }
     Ok(lods)
 }
@@ -194,10 +179,7 @@ fn sweep(
     let image = hinge(shape, finest(unit), level);
     let texel = libm::exp2(level as f64);
     for clamp in super::aniso::CLAMPS {
-        let of_clamp: Vec<_> = group
-            .iter()
-            .filter(|((_, f), _)| f.clamp == clamp)
-            .collect();
+        let of_clamp: Vec<_> = group.iter().filter(|((_, f), _)| f.clamp == clamp).collect();
         let mut queries = Vec::new();
         for ((_, footprint), _) in &of_clamp {
             for s in 0..POINTS {
@@ -213,10 +195,7 @@ fn sweep(
         for (((index, footprint), lod), seen) in of_clamp.iter().zip(seen.chunks(POINTS)) {
             // The level's own share of the colours.
             let share = (1.0 - (lod - level as f64).abs()).max(f64::MIN_POSITIVE);
-            found.push((
-                *index,
-                comb(**footprint, *lod, seen, along(footprint), share),
-            ));
+            found.push((*index, comb(**footprint, *lod, seen, along(footprint), share)));
         }
     }
     Ok(())
@@ -230,12 +209,7 @@ pub fn query_on(footprint: &Footprint, size: usize, at: [f64; 2]) -> Query {
     let [dx, dy] = footprint.derivatives().map(share);
     let at = share(at);
     if footprint.shape == Shape::Planar {
-        return Query {
-            at: vector(at),
-            dx: vector(dx),
-            dy: vector(dy),
-            lod: 0.0,
-        };
+        return Query { at: vector(at), dx: vector(dx), dy: vector(dy), lod: 0.0 };
     }
     // In the face's plane s grows along +x and t along −y; the face is 2 wide.
     let on_face = |[s, t]: [f64; 2]| vector([2.0 * s, -2.0 * t]);
@@ -260,11 +234,7 @@ fn comb(footprint: Footprint, lod: f64, seen: &[[f32; 4]], along: usize, share: 
         negative = negative.max(-weight);
         if weight > NOISE {
             let offset = REACH as f64 - s as f64 / FINE as f64;
-            run = [
-                run[0] + weight,
-                run[1] + weight * offset,
-                run[2] + tooth(1, s),
-            ];
+            run = [run[0] + weight, run[1] + weight * offset, run[2] + tooth(1, s)];
         } else if run[0] > 0.0 {
             let [weight, first, second] = run;
             let mut offset = [second / weight; 2];
@@ -274,10 +244,5 @@ fn comb(footprint: Footprint, lod: f64, seen: &[[f32; 4]], along: usize, share: 
         }
     }
     taps.reverse();
-    Taps {
-        footprint,
-        lod,
-        taps,
-        negative,
-    }
+    Taps { footprint, lod, taps, negative }
 }

@@ -39,10 +39,7 @@ pub struct Coordinates {
 
 fn at(x: f64, y: f64) -> Query {
     let size = crate::engine::to_u64(SIZE) as f64;
-    Query {
-        at: [to_f32(x / size), to_f32(y / size), 0.0],
-        ..Query::default()
-    }
+    Query { at: [to_f32(x / size), to_f32(y / size), 0.0], ..Query::default() }
 }
 
 /// A texture with one level whose texel (x, y) gives.
@@ -63,10 +60,8 @@ fn one_if(yes: bool) -> f32 {
 pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, GpuError> {
     let linear = State::trilinear(1);
     let cross = flat(format, |x, y| [one_if(x == 8), one_if(y == 8), 0.0, 1.0]);
-    let sweep: Vec<Query> = (0..=SWEEP)
-        .map(|k| 7.5 + f64::from(k) / f64::from(SWEEP))
-        .map(|c| at(c, c))
-        .collect();
+    let sweep: Vec<Query> =
+        (0..=SWEEP).map(|k| 7.5 + f64::from(k) / f64::from(SWEEP)).map(|c| at(c, c)).collect();
     let seen = unit.sample(&cross, linear, Source::Level, &sweep)?;
     let colors = (format == Format::Unorm8).then_some(255.0);
     let axes = [0, 1].map(|axis| {
@@ -86,9 +81,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, Gp
     };
 
     // Each texel of a 2 x 2 block has a channel of its own: one look-up returns its four weights.
-    let block = flat(format, |x, y| {
-        [0, 1, 2, 3].map(|c| one_if(c == (x % 2) + 2 * (y % 2)))
-    });
+    let block = flat(format, |x, y| [0, 1, 2, 3].map(|c| one_if(c == (x % 2) + 2 * (y % 2))));
     let step = 63;
     let mut queries = Vec::new();
     for i in 0..=65u32 {
@@ -105,13 +98,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, Gp
         separable = separable.max((d - right * below).abs());
         sum = sum.max((a + b + c + d - 1.0).abs());
     }
-    Ok(Weights {
-        format,
-        axes,
-        fine,
-        separable,
-        sum,
-    })
+    Ok(Weights { format, axes, fine, separable, sum })
 }
 
 /// Where the texel changes with a nearest filter, and what lies beyond the edge.
@@ -126,12 +113,7 @@ pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, GpuError> 
     let (mut low, mut high) = (7.5, 8.5);
     while high - low > libm::exp2(f64::from(FINE)) {
         let middle = f64::midpoint(low, high);
-        let seen = unit.sample(
-            &numbered,
-            State::nearest(),
-            Source::Level,
-            &[at(middle, 8.5)],
-        )?;
+        let seen = unit.sample(&numbered, State::nearest(), Source::Level, &[at(middle, 8.5)])?;
         if seen[0][0] >= 8.0 {
             high = middle;
         } else {
@@ -139,22 +121,12 @@ pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, GpuError> 
         }
     }
     let last = SIZE - 1;
-    let beyond = [
-        at(15.999, 8.5),
-        at(16.001, 8.5),
-        at(25.0, 8.5),
-        at(1016.0, 8.5),
-    ];
+    let beyond = [at(15.999, 8.5), at(16.001, 8.5), at(25.0, 8.5), at(1016.0, 8.5)];
     let seen = unit.sample(&numbered, State::nearest(), Source::Level, &beyond)?;
     let clamps = seen.iter().all(|c| (c[0] - last as f32).abs() < 0.5);
     let edge = flat(format, |x, _| [one_if(x == last), 0.0, 0.0, 1.0]);
     let linear = State::trilinear(1);
-    let seen = unit.sample(
-        &edge,
-        linear,
-        Source::Level,
-        &[at(15.75, 8.5), at(1016.0, 8.5)],
-    )?;
+    let seen = unit.sample(&edge, linear, Source::Level, &[at(15.75, 8.5), at(1016.0, 8.5)])?;
     Ok(Coordinates {
         nearest_switch: high - 8.0,
         clamps,

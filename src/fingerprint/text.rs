@@ -28,21 +28,14 @@ pub fn print(out: &mut dyn Write, adapter: &str, found: &Fingerprint) -> io::Res
 fn stairs(s: &Staircase) -> String {
     let mut text = format!("{}, {} different weights", s.steps, s.distinct);
     if s.off > 0 {
-        text += &format!(
-            "; {} of {} off that rule by up to {:.4}",
-            s.off,
-            s.weights.len(),
-            s.worst
-        );
+        text +=
+            &format!("; {} of {} off that rule by up to {:.4}", s.off, s.weights.len(), s.worst);
     }
     if !s.rising {
         text += "; not rising everywhere";
     }
     if s.steps != Steps::Smooth {
-        text += &format!(
-            "; leaves 0 at {:.5}, reaches 1 at {:.5}",
-            s.turns[0], s.turns[1]
-        );
+        text += &format!("; leaves 0 at {:.5}, reaches 1 at {:.5}", s.turns[0], s.turns[1]);
     }
     text
 }
@@ -102,9 +95,7 @@ fn levels(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         "   weights between levels (lambda given, {SWEEP} steps): {}",
         stairs(&found.mips)
     )?;
-    let bits = c.bits.map_or("no grid of up to 10 bits".into(), |b| {
-        format!("{b} fraction bits")
-    });
+    let bits = c.bits.map_or("no grid of up to 10 bits".into(), |b| format!("{b} fraction bits"));
     writeln!(
         out,
         "   lambda from derivatives: {bits}, {} different values at {SWEEP} lengths of an octave",
@@ -152,10 +143,7 @@ fn gradients(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         out,
         "   measured: lambda for derivatives of 8 texels (ideal 3), once in four equal invocations, once beside neighbours"
     )?;
-    writeln!(
-        out,
-        "   that look up 4 texels away (differences between invocations would give 2)"
-    )?;
+    writeln!(out, "   that look up 4 texels away (differences between invocations would give 2)")?;
     for (clamp, [alone, together]) in &found.neighbours {
         let verdict = if honours([*alone, *together]) {
             "honoured"
@@ -200,18 +188,9 @@ fn cubes(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         corner.name()
     )?;
     let ((seam, corner), worst) = s.ranked[1];
-    writeln!(
-        out,
-        "       next best: {}; {}; {worst:.1e}",
-        seam.name(),
-        corner.name()
-    )?;
+    writeln!(out, "       next best: {}; {}; {worst:.1e}", seam.name(), corner.name())?;
     let corner: Vec<String> = s.at_corner.iter().map(|w| format!("{w:.4}")).collect();
-    writeln!(
-        out,
-        "       exactly at the corner (1, 1, 1): weights {}",
-        corner.join(", ")
-    )?;
+    writeln!(out, "       exactly at the corner (1, 1, 1): weights {}", corner.join(", "))?;
     let (best, next) = (found.cube_rho[0], found.cube_rho[1]);
     let name = |(p, r): (super::Projection, super::Rho)| format!("{}; {}", r.name(), p.name());
     writeln!(
@@ -220,18 +199,9 @@ fn cubes(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         name(best.rule),
         best.worst
     )?;
-    writeln!(
-        out,
-        "       next best: {}, worst {:.1e}",
-        name(next.rule),
-        next.worst
-    )?;
+    writeln!(out, "       next best: {}, worst {:.1e}", name(next.rule), next.worst)?;
     for (source, shown) in &found.cube_map {
-        writeln!(
-            out,
-            "   footprint 6 x 1 texels by {}, largest clamp:",
-            source_name(*source)
-        )?;
+        writeln!(out, "   footprint 6 x 1 texels by {}, largest clamp:", source_name(*source))?;
         for s in shown {
             let faces: Vec<String> = (0..6)
                 .map(|face| {
@@ -296,10 +266,7 @@ fn checks(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
     }
     indent(out, &table)?;
     let [quads, predicted] = straddling;
-    writeln!(
-        out,
-        "   model predicts {right} of {all} random samples within one step"
-    )?;
+    writeln!(out, "   model predicts {right} of {all} random samples within one step")?;
     writeln!(
         out,
         "   apart: quads of textureSample that lie on several faces of a cube: {predicted} of {quads} predicted"

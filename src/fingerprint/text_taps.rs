@@ -65,26 +65,17 @@ pub(super) fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()
 }
 
 pub(super) fn indent(out: &mut dyn Write, table: &Table) -> io::Result<()> {
-    table
-        .to_string()
-        .lines()
-        .try_for_each(|line| writeln!(out, "   {line}"))
+    table.to_string().lines().try_for_each(|line| writeln!(out, "   {line}"))
 }
 
 /// Largest and smallest weight of taps.
 fn extent(taps: &Taps) -> [f64; 2] {
     let weights = || taps.taps.iter().map(|t| t.weight);
-    [
-        weights().fold(f64::INFINITY, f64::min),
-        weights().fold(0.0, f64::max),
-    ]
+    [weights().fold(f64::INFINITY, f64::min), weights().fold(0.0, f64::max)]
 }
 
 pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(
-        out,
-        "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes"
-    )?;
+    writeln!(out, "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes")?;
     writeln!(
         out,
         "   measured: kinks of the texture max(0, x) under a sweep of 1/16 texel; places finer than 1/256 texel; the shorter"
@@ -116,9 +107,7 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         let spacing = t.spacing();
         let ends = t.taps.first().zip(t.taps.last());
         let apart = ends.map_or([0.0; 2], |(a, b)| [0, 1].map(|i| b.offset[i] - a.offset[i]));
-        let angle = libm::atan2(apart[1], apart[0])
-            .to_degrees()
-            .rem_euclid(180.0);
+        let angle = libm::atan2(apart[1], apart[0]).to_degrees().rem_euclid(180.0);
         let dash = || "-".to_string();
         table.row([
             shape_name(f.shape).to_string(),
@@ -161,10 +150,7 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         ("across (texels)", Align::Right),
         ("centroid off by", Align::Right),
     ]);
-    let maps = [
-        (Source::Gradient, &found.map),
-        (Source::Quad, &found.quad_map),
-    ];
+    let maps = [(Source::Gradient, &found.map), (Source::Quad, &found.quad_map)];
     for (source, map) in maps {
         for m in map {
             let level = m.transfer.main_level();

@@ -23,9 +23,7 @@ impl Transfer {
     /// The level with the largest weight.
     #[must_use]
     pub fn main_level(&self) -> usize {
-        (0..self.levels.len())
-            .max_by(|a, b| self.level(*a).total_cmp(&self.level(*b)))
-            .unwrap_or(0)
+        (0..self.levels.len()).max_by(|a, b| self.level(*a).total_cmp(&self.level(*b))).unwrap_or(0)
     }
 
     /// Texels with weight.
@@ -70,10 +68,7 @@ pub fn transfer(
 ) -> Result<Vec<Transfer>, GpuError> {
     let format = finest(unit);
     let count = |level: usize| shape.faces() * (size >> level).max(1).pow(2);
-    let empty = Transfer {
-        size,
-        levels: (0..levels).map(|l| vec![0.0; count(l)]).collect(),
-    };
+    let empty = Transfer { size, levels: (0..levels).map(|l| vec![0.0; count(l)]).collect() };
     let mut found = vec![empty; queries.len()];
     let mut image = Image::new(shape, format, size, levels, |_, _, _, _| [0.0; 4]);
     for level in 0..levels {

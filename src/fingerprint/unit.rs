@@ -80,12 +80,7 @@ impl Image {
             }
             made.push(texels);
         }
-        Self {
-            shape,
-            format,
-            size,
-            levels: made,
-        }
+        Self { shape, format, size, levels: made }
     }
 
     /// Texels along an edge of a level.
@@ -110,21 +105,13 @@ impl State {
     /// Linear everywhere.
     #[must_use]
     pub const fn trilinear(anisotropy: u16) -> Self {
-        Self {
-            linear: true,
-            linear_mips: true,
-            anisotropy,
-        }
+        Self { linear: true, linear_mips: true, anisotropy }
     }
 
     /// Nearest everywhere.
     #[must_use]
     pub const fn nearest() -> Self {
-        Self {
-            linear: false,
-            linear_mips: false,
-            anisotropy: 1,
-        }
+        Self { linear: false, linear_mips: false, anisotropy: 1 }
     }
 }
 
@@ -177,11 +164,7 @@ pub trait TextureUnit {
 /// The format with the finest results.
 #[must_use]
 pub fn finest(unit: &dyn TextureUnit) -> Format {
-    if unit.filters(Format::Float) {
-        Format::Float
-    } else {
-        Format::Half
-    }
+    if unit.filters(Format::Float) { Format::Float } else { Format::Half }
 }
 
 /// As [`TextureUnit::sample`], each given gradient in four neighbouring invocations: a device that takes differences between

@@ -71,29 +71,14 @@ pub fn named_limits(limits: &wgpu::Limits) -> Vec<(&'static str, u64)> {
     let invocations = limits.max_compute_invocations_per_workgroup;
     let groups = limits.max_compute_workgroups_per_dimension;
     vec![
-        (
-            "maxTextureDimension2D",
-            limits.max_texture_dimension_2d.into(),
-        ),
-        (
-            "maxTextureArrayLayers",
-            limits.max_texture_array_layers.into(),
-        ),
+        ("maxTextureDimension2D", limits.max_texture_dimension_2d.into()),
+        ("maxTextureArrayLayers", limits.max_texture_array_layers.into()),
         ("maxBufferSize", limits.max_buffer_size),
-        (
-            "maxStorageBufferBindingSize",
-            limits.max_storage_buffer_binding_size,
-        ),
-        (
-            "maxStorageBuffersPerShaderStage",
-            limits.max_storage_buffers_per_shader_stage.into(),
-        ),
+        ("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size),
+        ("maxStorageBuffersPerShaderStage", limits.max_storage_buffers_per_shader_stage.into()),
         ("maxComputeInvocationsPerWorkgroup", invocations.into()),
         ("maxComputeWorkgroupsPerDimension", groups.into()),
-        (
-            "maxComputeWorkgroupStorageSize",
-            limits.max_compute_workgroup_storage_size.into(),
-        ),
+        ("maxComputeWorkgroupStorageSize", limits.max_compute_workgroup_storage_size.into()),
     ]
 }
 
@@ -112,10 +97,7 @@ pub fn list() -> Vec<Adapter> {
     adapters
         .into_iter()
         .enumerate()
-        .map(|(index, raw)| Adapter {
-            facts: facts(index, raw.get_info()),
-            raw,
-        })
+        .map(|(index, raw)| Adapter { facts: facts(index, raw.get_info()), raw })
         .collect()
 }
 
@@ -163,21 +145,12 @@ fn chosen(there: &[AdapterFacts], asked: Option<&str>) -> Result<usize, GpuError
             "other" => 3,
             _ => 4,
         };
-        return (0..there.len())
-            .min_by_key(|at| rank(there[*at].kind))
-            .ok_or(GpuError::NoAdapter);
+        return (0..there.len()).min_by_key(|at| rank(there[*at].kind)).ok_or(GpuError::NoAdapter);
     };
-    let fails = |problem| GpuError::Choice {
-        asked: asked.to_string(),
-        problem,
-        there: there.to_vec(),
-    };
+    let fails =
+        |problem| GpuError::Choice { asked: asked.to_string(), problem, there: there.to_vec() };
     if let Ok(index) = asked.parse::<usize>() {
-        return if index < there.len() {
-            Ok(index)
-        } else {
-            Err(fails("names none"))
-        };
+        return if index < there.len() { Ok(index) } else { Err(fails("names none")) };
     }
     let wanted = asked.to_lowercase();
     let meant = |a: &AdapterFacts| !wanted.is_empty() && a.title().to_lowercase().contains(&wanted);
@@ -208,10 +181,7 @@ mod tests {
 
     #[test]
     fn a_real_gpu_comes_before_software_and_a_wish_before_both() {
-        let there = [
-            adapter(0, "llvmpipe", "CPU"),
-            adapter(1, "Big GPU", "discrete GPU"),
-        ];
+        let there = [adapter(0, "llvmpipe", "CPU"), adapter(1, "Big GPU", "discrete GPU")];
         assert_eq!(chosen(&there, None), Ok(1));
         assert_eq!(chosen(&there, Some("0")), Ok(0));
         assert_eq!(chosen(&there, Some("LLVM")), Ok(0));
@@ -222,15 +192,10 @@ mod tests {
 
     #[test]
     fn fails_when_the_wish_names_none_or_several_and_lists_what_is_there() {
-        let there = [
-            adapter(0, "llvmpipe", "CPU"),
-            adapter(1, "Big GPU", "discrete GPU"),
-        ];
-        for (asked, problem) in [
-            ("2", "names none"),
-            ("", "names none"),
-            ("maker", "names more than one"),
-        ] {
+        let there = [adapter(0, "llvmpipe", "CPU"), adapter(1, "Big GPU", "discrete GPU")];
+        for (asked, problem) in
+            [("2", "names none"), ("", "names none"), ("maker", "names more than one")]
+        {
             let error = chosen(&there, Some(asked)).expect_err("no single adapter is meant");
             let text = error.to_string();
             assert!(text.contains(problem), "{text}");

@@ -109,9 +109,7 @@ impl Gpu {
     /// Whether textures of 32-bit floats can be filtered.
     #[must_use]
     pub fn filters_f32(&self) -> bool {
-        self.device
-            .features()
-            .contains(wgpu::Features::FLOAT32_FILTERABLE)
+        self.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
     }
 
     /// Does something with the device and its queue, and returns what the driver reported about it. Everything that the
@@ -137,20 +135,12 @@ impl Gpu {
         let adapter = self.facts.title();
         let doing = doing.to_string();
         if let Some(message) = reports.lost.clone() {
-            return Err(GpuError::Lost {
-                adapter,
-                doing,
-                message,
-            });
+            return Err(GpuError::Lost { adapter, doing, message });
         }
         match reports.error.take() {
             None => Ok(()),
             Some(wgpu::Error::OutOfMemory { .. }) => Err(GpuError::OutOfMemory { adapter, doing }),
-            Some(error) => Err(GpuError::Refused {
-                adapter,
-                doing,
-                message: error.to_string(),
-            }),
+            Some(error) => Err(GpuError::Refused { adapter, doing, message: error.to_string() }),
         }
     }
 
@@ -190,10 +180,7 @@ impl Gpu {
                 cache: None,
             })
         })?;
-        Ok(Kernel {
-            label: label.into(),
-            pipeline,
-        })
+        Ok(Kernel { label: label.into(), pipeline })
     }
 
     /// A storage buffer of zeros that can be written, read back and bound.
@@ -207,17 +194,9 @@ impl Gpu {
             if bytes <= most {
                 return Ok(());
             }
-            Err(GpuError::TooLarge {
-                what: format!("buffer {label}"),
-                wanted: bytes,
-                limit,
-                most,
-            })
+            Err(GpuError::TooLarge { what: format!("buffer {label}"), wanted: bytes, limit, most })
         };
-        limit(
-            "maxStorageBufferBindingSize",
-            limits.max_storage_buffer_binding_size,
-        )?;
+        limit("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size)?;
         limit("maxBufferSize", limits.max_buffer_size)?;
         let usage = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_SRC
@@ -293,9 +272,7 @@ impl Gpu {
     #[must_use]
     pub fn batch(&self, bytes: u64, workgroup: u32) -> usize {
         let limits = self.limits();
-        let binding = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let items = binding / bytes.max(1);
         let covered = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(workgroup);
         usize::try_from(items.min(covered)).unwrap_or(usize::MAX)
@@ -373,22 +350,13 @@ impl Gpu {
     /// A lost or a hung device.
     pub fn wait(&self) -> Result<(), GpuError> {
         let polled = self.guarded("the wait for results", |device, _| {
-            device.poll(wgpu::PollType::Wait {
-                submission_index: None,
-                timeout: Some(PATIENCE),
-            })
+            device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) })
         })?;
-        polled
-            .map(|_| ())
-            .map_err(|e| self.lost("the wait for results", &e.to_string()))
+        polled.map(|_| ()).map_err(|e| self.lost("the wait for results", &e.to_string()))
     }
 
     fn lost(&self, doing: &str, message: &str) -> GpuError {
-        GpuError::Lost {
-            adapter: self.facts.title(),
-            doing: doing.into(),
-            message: message.into(),
-        }
+        GpuError::Lost { adapter: self.facts.title(), doing: doing.into(), message: message.into() }
     }
 
     /// Reads the first `count` items of a buffer, once all that was submitted before is done.
@@ -411,9 +379,7 @@ impl Gpu {
             queue.submit([encoder.finish()]);
         })?;
         let mapped = self.map(&staging)?;
-        Ok(bytemuck::allocation::pod_collect_to_vec::<u8, T>(
-            &mapped[..count * size_of::<T>()],
-        ))
+        Ok(bytemuck::allocation::pod_collect_to_vec::<u8, T>(&mapped[..count * size_of::<T>()]))
     }
 
     /// The bytes of a buffer that was made for reading.
@@ -424,21 +390,16 @@ impl Gpu {
     pub(crate) fn map(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let doing = "reading back";
         let (send, receive) = mpsc::channel();
-        staging
-            .slice(..)
-            .map_async(wgpu::MapMode::Read, move |result| {
-                // The receiver is gone only when the wait has failed already.
-                let _ = send.send(result);
-            });
+        staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver is gone only when the wait has failed already.
+            let _ = send.send(result);
+        });
         self.wait()?;
-        let answer = receive
-            .try_recv()
-            .map_err(|_| self.lost(doing, "no answer within the time limit"))?;
+        let answer =
+            receive.try_recv().map_err(|_| self.lost(doing, "no answer within the time limit"))?;
         answer.map_err(|e| self.lost(doing, &e.to_string()))?;
-        let view = staging
-            .slice(..)
-            .get_mapped_range()
-            .map_err(|e| self.lost(doing, &e.to_string()))?;
+        let view =
+            staging.slice(..).get_mapped_range().map_err(|e| self.lost(doing, &e.to_string()))?;
         Ok(view.to_vec())
     }
 }
@@ -453,9 +414,5 @@ pub(crate) fn bind_group<'a>(
         .into_iter()
         .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
         .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout,
-        entries: &entries,
-    })
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

@@ -69,11 +69,7 @@ impl Program {
             });
             (layout, pipeline)
         })?;
-        Ok(Self {
-            name,
-            layout,
-            pipeline,
-        })
+        Ok(Self { name, layout, pipeline })
     }
 
     /// Most fragments of a batch.
@@ -96,8 +92,7 @@ impl Program {
         words: Words,
     ) -> Result<(), GpuError> {
         let zeros = vec![0; words.input];
-        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {})
-            .map(|_| ())
+        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {}).map(|_| ())
     }
 
     /// Uploads the operands of a batch.
@@ -121,10 +116,7 @@ impl Program {
         policy.output_words = small(words.output);
         let uniform = uniform(gpu, &policy.bytes())?;
         let input = gpu.upload("operands", input)?;
-        let output = gpu.buffer(
-            "results",
-            crate::engine::to_u64(4 * fragments * words.output),
-        )?;
+        let output = gpu.buffer("results", crate::engine::to_u64(4 * fragments * words.output))?;
         let steps = gpu.upload("steps", if steps.is_empty() { &[0.0] } else { steps })?;
         let bound = gpu.guarded(&format!("the bindings of {}", self.name), |device, _| {
             let resources = vec![
@@ -138,12 +130,7 @@ impl Program {
             ];
             super::device::bind_group(device, &self.layout, (0u32..).zip(resources))
         })?;
-        Ok(Batch {
-            words,
-            fragments,
-            bound,
-            output,
-        })
+        Ok(Batch { words, fragments, bound, output })
     }
 
     /// Runs the kernel over a batch, without waiting.
@@ -218,11 +205,8 @@ fn uniform(gpu: &Gpu, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
 
 /// Bindings 0, 1, … of `kernels/ports.wgsl`.
 fn bindings() -> [wgpu::BindingType; 7] {
-    let buffer = |ty| wgpu::BindingType::Buffer {
-        ty,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
+    let buffer =
+        |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: false },
@@ -241,10 +225,5 @@ fn bindings() -> [wgpu::BindingType; 7] {
 }
 
 fn entry((binding, ty): (u32, wgpu::BindingType)) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty,
-        count: None,
-    }
+    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }

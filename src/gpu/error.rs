@@ -106,10 +106,7 @@ impl GpuError {
     const fn subject(&self) -> (&'static str, &'static str) {
         match self {
             Self::NoAdapter => ("gpu", "a GPU adapter"),
-            Self::Choice { .. } => (
-                "--adapter",
-                "the index or a part of the name of one adapter",
-            ),
+            Self::Choice { .. } => ("--adapter", "the index or a part of the name of one adapter"),
             Self::NoDevice { .. } => ("gpu", "a device with WebGPU's default limits"),
             Self::Lost { .. } => ("gpu", "a device that stays until the work is done"),
             Self::OutOfMemory { .. } => ("gpu", "enough memory"),
@@ -121,10 +118,7 @@ impl GpuError {
 }
 
 fn names(there: &[AdapterFacts]) -> String {
-    let list: Vec<String> = there
-        .iter()
-        .map(|a| format!("{}: {}", a.index, a.name))
-        .collect();
+    let list: Vec<String> = there.iter().map(|a| format!("{}: {}", a.index, a.name)).collect();
     list.join(", ")
 }
 

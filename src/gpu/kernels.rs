@@ -70,12 +70,7 @@ impl Kernel {
     pub fn all() -> Vec<Self> {
         let fused = [Fused::Env, Fused::Hit, Fused::Tex, Fused::Sky];
         let stages = Stage::ALL.into_iter().map(Self::Stage);
-        fused
-            .into_iter()
-            .map(Self::Fused)
-            .chain(stages)
-            .chain([Self::FilterPlanar])
-            .collect()
+        fused.into_iter().map(Self::Fused).chain(stages).chain([Self::FilterPlanar]).collect()
     }
 
     /// Its name, for messages and labels.

@@ -26,11 +26,7 @@ fn small(n: usize) -> u32 {
 
 fn wide(texels: &[[f32; 3]]) -> Vec<u8> {
     let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
-    texels
-        .iter()
-        .flat_map(|t| rgba(*t))
-        .flat_map(f32::to_le_bytes)
-        .collect()
+    texels.iter().flat_map(|t| rgba(*t)).flat_map(f32::to_le_bytes).collect()
 }
 
 impl Maps {
@@ -40,12 +36,7 @@ impl Maps {
     ///
     /// What the driver reports.
     pub fn none(gpu: &Gpu) -> Result<Self, GpuError> {
-        let black = [Layer {
-            level: 0,
-            layer: 0,
-            size: [1, 1],
-            bytes: wide(&[[0.0; 3]]),
-        }];
+        let black = [Layer { level: 0, layer: 0, size: [1, 1], bytes: wide(&[[0.0; 3]]) }];
         Ok(Self {
             texels: texture(gpu, "texels", wgpu::TextureFormat::Rgba32Float, &black)?,
             distances: distances(gpu, &Distance::nothing())?,
@@ -65,23 +56,15 @@ impl Maps {
             .enumerate()
             .flat_map(|(level, from)| {
                 let size = from.size;
-                from.texels
-                    .chunks(size * size)
-                    .enumerate()
-                    .map(move |(layer, texels)| Layer {
-                        level,
-                        layer,
-                        size: [size; 2],
-                        bytes: wide(texels),
-                    })
+                from.texels.chunks(size * size).enumerate().map(move |(layer, texels)| Layer {
+                    level,
+                    layer,
+                    size: [size; 2],
+                    bytes: wide(texels),
+                })
             })
             .collect();
-        self.texels = texture(
-            gpu,
-            "environment",
-            wgpu::TextureFormat::Rgba32Float,
-            &layers,
-        )?;
+        self.texels = texture(gpu, "environment", wgpu::TextureFormat::Rgba32Float, &layers)?;
         Ok(self)
     }
 
@@ -143,10 +126,7 @@ fn distances(gpu: &Gpu, distance: &Distance) -> Result<wgpu::TextureView, GpuErr
             level: 0,
             layer,
             size: [cube.size; 2],
-            bytes: texels
-                .iter()
-                .flat_map(|x| shown(*x).to_le_bytes())
-                .collect(),
+            bytes: texels.iter().flat_map(|x| shown(*x).to_le_bytes()).collect(),
         })
         .collect();
     texture(gpu, "distances", wgpu::TextureFormat::R32Float, &layers)
@@ -205,11 +185,7 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: &Layer) {
         wgpu::TexelCopyTextureInfo {
             texture,
             mip_level: small(layer.level),
-            origin: wgpu::Origin3d {
-                x: 0,
-                y: 0,
-                z: small(layer.layer),
-            },
+            origin: wgpu::Origin3d { x: 0, y: 0, z: small(layer.layer) },
             aspect: wgpu::TextureAspect::All,
         },
         &layer.bytes,
@@ -218,10 +194,6 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: &Layer) {
             bytes_per_row: Some(small(row)),
             rows_per_image: Some(rows),
         },
-        wgpu::Extent3d {
-            width: columns,
-            height: rows,
-            depth_or_array_layers: 1,
-        },
+        wgpu::Extent3d { width: columns, height: rows, depth_or_array_layers: 1 },
     );
 }

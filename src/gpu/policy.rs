@@ -69,10 +69,7 @@ pub struct Policy {
 
 /// The nearest f32, the largest one of its sign beyond the range, 0 for NaN.
 #[must_use]
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to f32 is what is wanted"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is what is wanted")]
 pub fn to_f32(x: f64) -> f32 {
     if x.is_nan() {
         return 0.0;
@@ -278,9 +275,6 @@ impl Policy {
     #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         let members = self.members().into_iter();
-        members
-            .flat_map(|(_, words)| words)
-            .flat_map(u32::to_le_bytes)
-            .collect()
+        members.flat_map(|(_, words)| words).flat_map(u32::to_le_bytes).collect()
     }
 }

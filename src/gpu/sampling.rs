@@ -27,12 +27,7 @@ impl<'a> DeviceSampler<'a> {
     /// The samplers of an open device.
     #[must_use]
     pub fn new(gpu: &'a Gpu) -> Self {
-        Self {
-            gpu,
-            kernels: HashMap::new(),
-            quads: HashMap::new(),
-            samplers: HashMap::new(),
-        }
+        Self { gpu, kernels: HashMap::new(), quads: HashMap::new(), samplers: HashMap::new() }
     }
 
     fn module(&self, shape: Shape) -> Result<wgpu::ShaderModule, GpuError> {
@@ -40,9 +35,7 @@ impl<'a> DeviceSampler<'a> {
             Shape::Planar => ("texture_2d<f32>", "xy"),
             Shape::Cube => ("texture_cube<f32>", "xyz"),
         };
-        let source = include_str!("sampling.wgsl")
-            .replace("IMAGE", image)
-            .replace("COORD", coord);
+        let source = include_str!("sampling.wgsl").replace("IMAGE", image).replace("COORD", coord);
         self.gpu.module("sampling", &source)
     }
 
@@ -50,11 +43,7 @@ impl<'a> DeviceSampler<'a> {
         if self.kernels.contains_key(&(shape, source)) {
             return Ok(());
         }
-        let entry = if source == Source::Level {
-            "level"
-        } else {
-            "gradient"
-        };
+        let entry = if source == Source::Level { "level" } else { "gradient" };
         let kernel = self.gpu.compute(entry, &self.module(shape)?, entry)?;
         self.kernels.insert((shape, source), kernel);
         Ok(())
@@ -105,11 +94,7 @@ impl<'a> DeviceSampler<'a> {
             });
         }
         let mode = |linear| {
-            if linear {
-                wgpu::FilterMode::Linear
-            } else {
-                wgpu::FilterMode::Nearest
-            }
+            if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest }
         };
         let sampler = self.gpu.guarded("a sampler", |device, _| {
             device.create_sampler(&wgpu::SamplerDescriptor {
@@ -223,9 +208,7 @@ impl<'a> DeviceSampler<'a> {
                 colors.extend(self.sample_quads(view, shape, state, &buffer, queries.len())?);
                 continue;
             }
-            let out = self
-                .gpu
-                .buffer("colors", 16 * crate::engine::to_u64(queries.len()))?;
+            let out = self.gpu.buffer("colors", 16 * crate::engine::to_u64(queries.len()))?;
             let resources = vec![
                 buffer.as_entire_binding(),
                 out.as_entire_binding(),
@@ -233,8 +216,7 @@ impl<'a> DeviceSampler<'a> {
                 wgpu::BindingResource::Sampler(&self.samplers[&state]),
             ];
             let kernel = &self.kernels[&(shape, source)];
-            self.gpu
-                .dispatch_with(kernel, resources, queries.len(), WORKGROUP)?;
+            self.gpu.dispatch_with(kernel, resources, queries.len(), WORKGROUP)?;
             colors.extend(self.gpu.read::<[f32; 4]>(&out, queries.len())?);
         }
         Ok(colors)
@@ -250,11 +232,7 @@ impl<'a> DeviceSampler<'a> {
         count: usize,
     ) -> Result<Vec<[f32; 4]>, GpuError> {
         let rows = u32::try_from(count.div_ceil(QUADS as usize)).unwrap_or(1);
-        let size = wgpu::Extent3d {
-            width: 2 * QUADS,
-            height: 2 * rows,
-            depth_or_array_layers: 1,
-        };
+        let size = wgpu::Extent3d { width: 2 * QUADS, height: 2 * rows, depth_or_array_layers: 1 };
         let bytes = u64::from(size.width) * u64::from(size.height) * u64::from(PIXEL);
         let staging = self.gpu.guarded("a picture of quads", |device, queue| {
             let target = device.create_texture(&wgpu::TextureDescriptor {
@@ -303,10 +281,7 @@ impl<'a> DeviceSampler<'a> {
                 bytes_per_row: Some(size.width * PIXEL),
                 rows_per_image: Some(size.height),
             };
-            let to = wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout,
-            };
+            let to = wgpu::TexelCopyBufferInfo { buffer: &staging, layout };
             encoder.copy_texture_to_buffer(target.as_image_copy(), to, size);
             queue.submit([encoder.finish()]);
             staging
@@ -341,11 +316,7 @@ impl TextureUnit for DeviceSampler<'_> {
 }
 
 const fn extent(side: u32, faces: u32) -> wgpu::Extent3d {
-    wgpu::Extent3d {
-        width: side,
-        height: side,
-        depth_or_array_layers: faces,
-    }
+    wgpu::Extent3d { width: side, height: side, depth_or_array_layers: faces }
 }
 
 fn words(query: &Query) -> [f32; 12] {
@@ -361,12 +332,8 @@ fn words(query: &Query) -> [f32; 12] {
 fn encode(format: Format, texels: &[[f32; 4]]) -> Vec<u8> {
     let components = texels.iter().flatten();
     match format {
-        Format::Unorm8 => components
-            .map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
-            .collect(),
-        Format::Half => components
-            .flat_map(|c| f16::from_f32(*c).to_le_bytes())
-            .collect(),
+        Format::Unorm8 => components.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8).collect(),
+        Format::Half => components.flat_map(|c| f16::from_f32(*c).to_le_bytes()).collect(),
         Format::Float => components.flat_map(|c| c.to_le_bytes()).collect(),
     }
 }

@@ -71,10 +71,7 @@ pub(super) fn lookup_on_edges(cube: &CubeLevel, face: usize, u: f64, v: f64) -> 
 /// corner's missing tap is the mean of the other three.
 pub(super) fn lookup_at_halves(cube: &CubeLevel, face: usize, u: f64, v: f64) -> [f64; 3] {
     let n = real(cube.size);
-    let ((x0, fx), (y0, fy)) = (
-        split((u + 1.0) / 2.0 * n - 0.5),
-        split((v + 1.0) / 2.0 * n - 0.5),
-    );
+    let ((x0, fx), (y0, fy)) = (split((u + 1.0) / 2.0 * n - 0.5), split((v + 1.0) / 2.0 * n - 0.5));
     let taps = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
         across_edge(cube.size, face, x0 + i, y0 + j)
             .map(|(face, x, y)| cube.texel(face, x, y).map(f64::from))
@@ -101,10 +98,7 @@ mod tests {
     /// (column, row) along two axes, samples at the ends.
     fn openexr_direction(face: usize, column: usize, row: usize, size: usize) -> [f64; 3] {
         let last = real(size - 1);
-        let (a, b) = (
-            2.0 * real(column) / last - 1.0,
-            2.0 * real(row) / last - 1.0,
-        );
+        let (a, b) = (2.0 * real(column) / last - 1.0, 2.0 * real(row) / last - 1.0);
         match face {
             0 => [1.0, -b, a],
             1 => [-1.0, -b, -a],
@@ -148,11 +142,7 @@ mod tests {
                 let mut texels = vec![[-1.0f32; 3]; columns * rows * size * size];
                 for (face, [column, row]) in cells.into_iter().enumerate() {
                     for (y, x) in (0..9).map(|i| (i / 3, i % 3)) {
-                        let (sx, sy) = if turned == Some(face) {
-                            (2 - x, 2 - y)
-                        } else {
-                            (x, y)
-                        };
+                        let (sx, sy) = if turned == Some(face) { (2 - x, 2 - y) } else { (x, y) };
                         texels[(row * 3 + sy) * columns * 3 + column * 3 + sx] = value(face, x, y);
                     }
                 }
@@ -219,17 +209,11 @@ mod tests {
 
     #[test]
     fn a_gpu_cube_lookup_is_constant_on_a_constant_and_the_mean_of_three_at_a_corner() {
-        let cube = CubeLevel {
-            size: 1,
-            texels: (0..6u8).map(|f| [f32::from(f); 3]).collect(),
-        };
+        let cube = CubeLevel { size: 1, texels: (0..6u8).map(|f| [f32::from(f); 3]).collect() };
         // At +x, u = v = 1 the faces +x, −y and −z meet: (0 + 3 + 5)/3.
         let got = lookup_at_halves(&cube, 0, 1.0, 1.0)[0];
         assert!((got - 8.0 / 3.0).abs() < 1e-12, "{got}");
-        let even = CubeLevel {
-            size: 2,
-            texels: vec![[0.3; 3]; 24],
-        };
+        let even = CubeLevel { size: 2, texels: vec![[0.3; 3]; 24] };
         for v in centres(2, 4) {
             let got = lookup_at_halves(&even, 2, -1.0, v);
             assert!(got.iter().all(|c| (c - f64::from(0.3f32)).abs() < 1e-15));

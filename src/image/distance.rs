@@ -86,35 +86,18 @@ pub fn load_distance(
     cleaned.clean(&mut samples);
     // Second component: whether the sample is infinite, as ∞ − ∞ would be no number.
     let mut texels: Vec<[f32; 3]> = room(samples.len(), &subject)?;
-    texels.extend(samples.iter().map(|s| {
-        if s.is_infinite() {
-            [0.0, 1.0, 0.0]
-        } else {
-            [*s, 0.0, 0.0]
-        }
-    }));
+    texels.extend(
+        samples.iter().map(|s| if s.is_infinite() { [0.0, 1.0, 0.0] } else { [*s, 0.0, 0.0] }),
+    );
     drop(samples);
-    let picture = EnvPicture {
-        width: planar.width,
-        height: planar.height,
-        texels,
-        envmap: planar.envmap,
-    };
+    let picture =
+        EnvPicture { width: planar.width, height: planar.height, texels, envmap: planar.envmap };
     let level = to_cube(picture, options, &subject)?;
-    let distances = level.texels.iter().map(|[distance, infinite, _]| {
-        if *infinite > 0.0 {
-            f32::INFINITY
-        } else {
-            *distance
-        }
-    });
-    Ok((
-        DistanceCube {
-            size: level.size,
-            texels: distances.collect(),
-        },
-        cleaned,
-    ))
+    let distances = level
+        .texels
+        .iter()
+        .map(|[distance, infinite, _]| if *infinite > 0.0 { f32::INFINITY } else { *distance });
+    Ok((DistanceCube { size: level.size, texels: distances.collect() }, cleaned))
 }
 
 /// Index of the plane that holds distances.
@@ -122,19 +105,16 @@ fn find(planar: &Planar, channel: Option<&str>, subject: &str) -> Result<usize, 
     let position = |name: &str| planar.channels.iter().position(|(n, _)| n == name);
     let found = match channel {
         Some(name) => position(name),
-        None => DISTANCE_CHANNELS
-            .iter()
-            .find_map(|name| position(name))
-            .or_else(|| {
-                DISTANCE_CHANNELS.iter().find_map(|name| {
-                    let ending = format!(".{name}");
-                    let mut all = (0..planar.channels.len())
-                        .filter(|i| planar.channels[*i].0.ends_with(&ending));
-                    // Only if no second one has the same ending.
-                    let first = all.next()?;
-                    all.next().is_none().then_some(first)
-                })
-            }),
+        None => DISTANCE_CHANNELS.iter().find_map(|name| position(name)).or_else(|| {
+            DISTANCE_CHANNELS.iter().find_map(|name| {
+                let ending = format!(".{name}");
+                let mut all =
+                    (0..planar.channels.len()).filter(|i| planar.channels[*i].0.ends_with(&ending));
+                // Only if no second one has the same ending.
+                let first = all.next()?;
+                all.next().is_none().then_some(first)
+            })
+        }),
     };
     found.ok_or_else(|| {
         let expected = match channel {

@@ -102,20 +102,11 @@ pub(super) fn scan<'a>(bytes: &'a [u8], subject: &str) -> Result<Raw<'a>, InputE
         let length = rest.iter().take(limit + 1).position(|b| *b == 0);
         let length = length.ok_or_else(|| {
             let expected = format!("names of at most {limit} bytes");
-            bad(
-                subject,
-                "header",
-                expected,
-                format!("none that ends at byte {at}"),
-            )
+            bad(subject, "header", expected, format!("none that ends at byte {at}"))
         })?;
         Ok((&rest[..length], at + length + 1))
     };
-    let mut raw = Raw {
-        flags: version,
-        parts: Vec::new(),
-        end: 8,
-    };
+    let mut raw = Raw { flags: version, parts: Vec::new(), end: 8 };
     loop {
         let mut part = Vec::new();
         while *bytes.get(raw.end).ok_or_else(truncated)? != 0 {
@@ -136,12 +127,7 @@ pub(super) fn scan<'a>(bytes: &'a [u8], subject: &str) -> Result<Raw<'a>, InputE
                     )
                 })?;
             raw.end = from + value.len();
-            part.push(Attribute {
-                name: attribute,
-                kind,
-                value,
-                entry: start..raw.end,
-            });
+            part.push(Attribute { name: attribute, kind, value, entry: start..raw.end });
         }
         raw.end += 1;
         if part.is_empty() && (raw.multipart() && !raw.parts.is_empty()) {
@@ -155,11 +141,8 @@ pub(super) fn scan<'a>(bytes: &'a [u8], subject: &str) -> Result<Raw<'a>, InputE
 }
 
 fn show(name: &[u8]) -> String {
-    let name: Vec<u8> = name
-        .iter()
-        .map(|b| if b.is_ascii_graphic() { *b } else { b'?' })
-        .take(64)
-        .collect();
+    let name: Vec<u8> =
+        name.iter().map(|b| if b.is_ascii_graphic() { *b } else { b'?' }).take(64).collect();
     String::from_utf8_lossy(&name).into_owned()
 }
 
@@ -176,13 +159,7 @@ pub(super) fn check(
     for attributes in &raw.parts {
         let kind = value_of(attributes, b"type", b"string").unwrap_or_default();
         if raw.flags & DEEP != 0 || kind.starts_with(b"deep") {
-            return Err(refused(
-                subject,
-                "type",
-                "flat pixels",
-                "deep data",
-                "flatten the image",
-            ));
+            return Err(refused(subject, "type", "flat pixels", "deep data", "flatten the image"));
         }
     }
     let mut table = 0u128;
@@ -221,11 +198,7 @@ pub(super) fn check(
 
 fn value_of<'a>(attributes: &[Attribute<'a>], name: &[u8], kind: &[u8]) -> Option<&'a [u8]> {
     // The decoder keeps the last of several, so do we.
-    attributes
-        .iter()
-        .rev()
-        .find(|a| a.name == name && a.kind == kind)
-        .map(|a| a.value)
+    attributes.iter().rev().find(|a| a.name == name && a.kind == kind).map(|a| a.value)
 }
 
 fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, InputError> {
@@ -245,12 +218,7 @@ fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, In
     let size = |a: i64, b: i64| usize::try_from(b - a + 1).ok().filter(|n| *n > 0);
     let (Some(width), Some(height), true) = (size(x0, x1), size(y0, y1), inside) else {
         let found = format!("({x0}, {y0}) to ({x1}, {y1})");
-        return Err(bad(
-            subject,
-            "dataWindow",
-            "a window that is not empty",
-            found,
-        ));
+        return Err(bad(subject, "dataWindow", "a window that is not empty", found));
     };
     let sample_bytes = channels(get("channels", "chlist", 1)?, subject)?;
     let compression = get("compression", "compression", 1)?[0];
@@ -277,11 +245,7 @@ fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, In
             let found = format!("{}x{}, mode {mode}", word(tiles, 0), word(tiles, 4));
             return Err(bad(subject, "tiles", "a tile size of at least 1x1", found));
         }
-        Blocks::Tiles {
-            size: [tw, th],
-            mode: mode & 15,
-            round_up: mode >> 4 == 1,
-        }
+        Blocks::Tiles { size: [tw, th], mode: mode & 15, round_up: mode >> 4 == 1 }
     } else {
         Blocks::Lines(lines)
     };
@@ -294,15 +258,7 @@ fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, In
         }
         None => None,
     };
-    Ok(Part {
-        width,
-        height,
-        top: y0,
-        sample_bytes,
-        compression,
-        blocks,
-        envmap,
-    })
+    Ok(Part { width, height, top: y0, sample_bytes, compression, blocks, envmap })
 }
 
 /// Bytes per sample of each channel; sub-sampling is refused by name.
@@ -315,9 +271,7 @@ fn channels(list: &[u8], subject: &str) -> Result<Vec<usize>, InputError> {
         let length = length.ok_or_else(|| damaged("a name without an end"))?;
         let name = show(&list[at..at + length]);
         at += length + 1;
-        let fields = list
-            .get(at..at + 16)
-            .ok_or_else(|| damaged("half a channel"))?;
+        let fields = list.get(at..at + 16).ok_or_else(|| damaged("half a channel"))?;
         at += 16;
         let word =
             |i: usize| i32::from_le_bytes([fields[i], fields[i + 1], fields[i + 2], fields[i + 3]]);
@@ -368,9 +322,9 @@ impl Part {
     /// Number of mip levels (1 for single-level files and rip maps, of which only the top is read).
     pub(super) fn mip_levels(&self) -> u32 {
         match self.blocks {
-            Blocks::Tiles {
-                mode: 1, round_up, ..
-            } => log2(self.width.max(self.height), round_up) + 1,
+            Blocks::Tiles { mode: 1, round_up, .. } => {
+                log2(self.width.max(self.height), round_up) + 1
+            }
             Blocks::Tiles { .. } | Blocks::Lines(_) => 1,
         }
     }
@@ -389,17 +343,12 @@ impl Part {
             let [x, y] = self.grid(size);
             x as u128 * y as u128
         };
-        if let Blocks::Tiles {
-            mode: 2, round_up, ..
-        } = self.blocks
-        {
+        if let Blocks::Tiles { mode: 2, round_up, .. } = self.blocks {
             let levels = |full| (0..=log2(full, round_up)).map(move |l| self.level_side(full, l));
             return levels(self.width)
                 .map(|w| levels(self.height).map(|h| area([w, h])).sum::<u128>())
                 .sum();
         }
-        (0..self.mip_levels())
-            .map(|l| area(self.level_size(l)))
-            .sum()
+        (0..self.mip_levels()).map(|l| area(self.level_size(l))).sum()
     }
 }

@@ -68,22 +68,13 @@ pub(super) fn read(
             plane.resize(width * height, 0.0);
             channels.push((name.clone(), plane));
         }
-        planes.push(Planar {
-            width,
-            height,
-            channels,
-            linear: true,
-            envmap: part.envmap,
-        });
+        planes.push(Planar { width, height, channels, linear: true, envmap: part.envmap });
     }
     let kinds: Vec<SampleType> = header.channels.list.iter().map(|c| c.sample_type).collect();
     // A few chunks at a time: what is decompressed and not yet placed stays small.
     let mut chunks = chunks.into_iter().peekable();
     while chunks.peek().is_some() {
-        let batch: Vec<Chunk> = chunks
-            .by_ref()
-            .take(4 * rayon::current_num_threads())
-            .collect();
+        let batch: Vec<Chunk> = chunks.by_ref().take(4 * rayon::current_num_threads()).collect();
         let blocks: Vec<Result<UncompressedBlock, String>> = batch
             .into_par_iter()
             .map(|chunk| {
@@ -111,11 +102,7 @@ fn collect(
 ) -> Result<Vec<Chunk>, InputError> {
     let damaged = |found: String| bad(subject, "chunk table", "every chunk once", found);
     let count = usize::try_from(part.chunk_count()).unwrap_or(usize::MAX);
-    let offsets = bytes
-        .get(table..)
-        .unwrap_or_default()
-        .chunks_exact(8)
-        .take(count);
+    let offsets = bytes.get(table..).unwrap_or_default().chunks_exact(8).take(count);
     let mut missing: std::collections::BTreeSet<[usize; 3]> = (0..levels)
         .flat_map(|level| {
             let [nx, ny] = part.grid(part.level_size(level));
@@ -135,18 +122,13 @@ fn collect(
             continue;
         }
         if !missing.remove(&at) {
-            return Err(damaged(format!(
-                "a chunk twice or outside the image: {at:?}"
-            )));
+            return Err(damaged(format!("a chunk twice or outside the image: {at:?}")));
         }
         if let CompressedBlock::ScanLine(CompressedScanLineBlock {
-            compressed_pixels_le: data,
-            ..
+            compressed_pixels_le: data, ..
         })
-        | CompressedBlock::Tile(CompressedTileBlock {
-            compressed_pixels_le: data,
-            ..
-        }) = &chunk.compressed_block
+        | CompressedBlock::Tile(CompressedTileBlock { compressed_pixels_le: data, .. }) =
+            &chunk.compressed_block
             && matches!(part.compression, 8 | 9)
         {
             let size = part.block_size(at);
@@ -216,10 +198,7 @@ impl<'a> Words<'a> {
                 ([level, y, x], CompressedBlock::Tile(block))
             }
         };
-        let chunk = Chunk {
-            layer_index: 0,
-            compressed_block,
-        };
+        let chunk = Chunk { layer_index: 0, compressed_block };
         Some((at, chunk))
     }
 }
@@ -232,10 +211,7 @@ impl Part {
             Blocks::Lines(rows) => [width, rows],
             Blocks::Tiles { size, .. } => size,
         };
-        [
-            bw.min(width.saturating_sub(column * bw)),
-            bh.min(height.saturating_sub(row * bh)),
-        ]
+        [bw.min(width.saturating_sub(column * bw)), bh.min(height.saturating_sub(row * bh))]
     }
 }
 
@@ -254,19 +230,10 @@ fn dwa_counters(data: &[u8], part: &Part, [width, height]: [usize; 2]) -> Option
     let blocks = width.div_ceil(8) * height.div_ceil(8) * part.sample_bytes.len();
     // version, unknown raw, unknown, AC, DC, RLE, RLE unpacked, RLE raw, AC count, DC count, kind.
     // RLE tokens take at most 2 bytes a byte; a DCT block has 63 AC values and one DC.
-    let most = [
-        (1, raw),
-        (6, 2 * raw + 16),
-        (7, raw),
-        (8, 64 * blocks),
-        (9, blocks),
-    ];
+    let most = [(1, raw), (6, 2 * raw + 16), (7, raw), (8, 64 * blocks), (9, blocks)];
     let packed = (2..=5).try_fold(0usize, |sum, i| sum.checked_add(counter(i)?))?;
-    (packed <= data.len()
-        && most
-            .iter()
-            .all(|(i, most)| counter(*i).is_some_and(|n| n <= *most)))
-    .then_some(())
+    (packed <= data.len() && most.iter().all(|(i, most)| counter(*i).is_some_and(|n| n <= *most)))
+        .then_some(())
 }
 
 /// Copies a block's samples into the planes of its level.

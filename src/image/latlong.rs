@@ -29,10 +29,7 @@ impl LatLong {
         let (column, row) = if self.on_poles {
             (across * real(self.width - 1), down * real(self.height - 1))
         } else {
-            (
-                across * real(self.width) - 0.5,
-                down * real(self.height) - 0.5,
-            )
+            (across * real(self.width) - 0.5, down * real(self.height) - 0.5)
         };
         let ((x0, fx), (y0, fy)) = (split(column), split(row));
         if let (Ok(x), Ok(y)) = (usize::try_from(x0), usize::try_from(y0))
@@ -77,9 +74,8 @@ impl LatLong {
                 sums.into_iter().map(|faces| faces.map(mean)).collect()
             })
             .collect();
-        let texels = (0..6)
-            .flat_map(|face| rows.iter().flatten().map(move |faces| faces[face]))
-            .collect();
+        let texels =
+            (0..6).flat_map(|face| rows.iter().flatten().map(move |faces| faces[face])).collect();
         CubeLevel { size, texels }
     }
 
@@ -137,10 +133,7 @@ mod tests {
                 let (a, d) = if on_poles {
                     (real(column) / real(width - 1), real(row) / real(height - 1))
                 } else {
-                    (
-                        (real(column) + 0.5) / real(width),
-                        (real(row) + 0.5) / real(height),
-                    )
+                    ((real(column) + 0.5) / real(width), (real(row) + 0.5) / real(height))
                 };
                 let (lon, lat) = (PI - 2.0 * PI * a, PI / 2.0 - PI * d);
                 let v = [
@@ -151,12 +144,7 @@ mod tests {
                 texels.push(v.map(|c| narrow(c + 2.0)));
             }
         }
-        LatLong {
-            width,
-            height,
-            texels,
-            on_poles,
-        }
+        LatLong { width, height, texels, on_poles }
     }
 
     #[test]
@@ -217,18 +205,9 @@ mod tests {
         for (width, height, on_poles) in [(1, 1, false), (1, 1, true), (8, 4, false), (7, 3, true)]
         {
             let texels = vec![colour; width * height];
-            let map = LatLong {
-                width,
-                height,
-                texels,
-                on_poles,
-            };
+            let map = LatLong { width, height, texels, on_poles };
             let cube = map.to_cube(3);
-            assert!(
-                cube.texels
-                    .iter()
-                    .all(|t| t.map(f32::to_bits) == colour.map(f32::to_bits))
-            );
+            assert!(cube.texels.iter().all(|t| t.map(f32::to_bits) == colour.map(f32::to_bits)));
         }
     }
 }

@@ -43,12 +43,7 @@ pub(super) fn to_cube(
     options: &LoadOptions,
     subject: &str,
 ) -> Result<CubeLevel, InputError> {
-    let EnvPicture {
-        width,
-        height,
-        texels,
-        envmap,
-    } = picture;
+    let EnvPicture { width, height, texels, envmap } = picture;
     let arrangement = match (envmap, width, height) {
         (Some(EnvLayout::LatLong), ..) => None,
         (Some(EnvLayout::Cube), w, h) if h == 6 * w => Some((Arrangement::OpenExr, w)),
@@ -63,12 +58,7 @@ pub(super) fn to_cube(
     let Some((arrangement, side)) = arrangement else {
         let size = options.face_size.unwrap_or(latlong_face_size(height));
         options.admit_cube(size)?;
-        let map = LatLong {
-            width,
-            height,
-            texels,
-            on_poles: envmap.is_some(),
-        };
+        let map = LatLong { width, height, texels, on_poles: envmap.is_some() };
         return Ok(map.to_cube(size));
     };
     let cube = cut(&texels, width, side, arrangement);
@@ -77,29 +67,19 @@ pub(super) fn to_cube(
     options.admit_cube(size)?;
     let samples = samples_per_side(real(side) / real(size));
     Ok(if arrangement == Arrangement::OpenExr {
-        resample(size, samples, |face, u, v| {
-            lookup_on_edges(&cube, face, u, v)
-        })
+        resample(size, samples, |face, u, v| lookup_on_edges(&cube, face, u, v))
     } else if size == side {
         cube
     } else {
-        resample(size, samples, |face, u, v| {
-            lookup_at_halves(&cube, face, u, v)
-        })
+        resample(size, samples, |face, u, v| lookup_at_halves(&cube, face, u, v))
     })
 }
 
 fn shape(subject: &str, width: usize, height: usize, cube: bool) -> InputError {
     let (expected, found) = if cube {
-        (
-            "six square faces stacked vertically (1:6)",
-            " marked as a cube",
-        )
+        ("six square faces stacked vertically (1:6)", " marked as a cube")
     } else {
-        (
-            "a lat-long map (2:1), a strip of six faces (1:6 or 6:1) or a cross (4:3 or 3:4)",
-            "",
-        )
+        ("a lat-long map (2:1), a strip of six faces (1:6 or 6:1) or a cross (4:3 or 3:4)", "")
     };
     InputError::new(
         subject,

@@ -15,12 +15,7 @@ pub(super) fn read(
     options: &LoadOptions,
 ) -> Result<Planar, InputError> {
     let damaged = |found: String| {
-        InputError::new(
-            subject,
-            "an intact PNG or JPEG file",
-            found,
-            "export the image again",
-        )
+        InputError::new(subject, "an intact PNG or JPEG file", found, "export the image again")
     };
     let limits = || {
         let mut limits = Limits::default();
@@ -43,16 +38,12 @@ pub(super) fn read(
         if bytes.starts_with(b"\x89PNG") && u128::from(total) > most {
             return Err(damaged(format!("{what} in {} bytes", bytes.len())));
         }
-        decoder
-            .set_limits(limits())
-            .map_err(|e| damaged(e.to_string()))?;
+        decoder.set_limits(limits()).map_err(|e| damaged(e.to_string()))?;
         let colour = decoder.color_type();
         let size = usize::try_from(total).unwrap_or(usize::MAX);
         let mut buffer = room(size, subject)?;
         buffer.resize(size, 0);
-        decoder
-            .read_image(&mut buffer)
-            .map_err(|e| damaged(e.to_string()))?;
+        decoder.read_image(&mut buffer).map_err(|e| damaged(e.to_string()))?;
         Ok((width, height, colour, buffer))
     });
     let (width, height, colour, buffer) = result.map_err(damaged)??;

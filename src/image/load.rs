@@ -23,10 +23,7 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self {
-            max_image_mb: 512,
-            face_size: None,
-        }
+        Self { max_image_mb: 512, face_size: None }
     }
 }
 
@@ -166,12 +163,7 @@ pub fn load_environment(
     let planar = load_planar(path, options)?;
     let (width, height, envmap) = (planar.width, planar.height, planar.envmap);
     let (texels, cleaned) = linear(planar, &subject)?;
-    let picture = EnvPicture {
-        width,
-        height,
-        texels,
-        envmap,
-    };
+    let picture = EnvPicture { width, height, texels, envmap };
     let level0 = to_cube(picture, options, &subject)?;
     Ok((mips::build_mips(level0), cleaned))
 }
@@ -198,10 +190,7 @@ pub fn load_texture(
         .at("size"));
     }
     let (texels, cleaned) = linear(planar, &subject)?;
-    Ok((
-        mips::build_planar_mips(PlanarLevel { size, texels }),
-        cleaned,
-    ))
+    Ok((mips::build_planar_mips(PlanarLevel { size, texels }), cleaned))
 }
 
 /// Longest side of a 2-D texture: what the unit's address registers are made for.
@@ -240,10 +229,7 @@ pub(super) fn room<T>(n: usize, subject: &str) -> Result<Vec<T>, InputError> {
         InputError::new(
             subject,
             "an image that fits into memory",
-            format!(
-                "one that needs another {} MiB",
-                n.saturating_mul(size_of::<T>()) >> 20
-            ),
+            format!("one that needs another {} MiB", n.saturating_mul(size_of::<T>()) >> 20),
             "scale the image down",
         )
     })?;
@@ -287,26 +273,16 @@ fn load(path: &Path, options: &LoadOptions, want: Want) -> Result<Vec<Planar>, I
 
 fn read_file(path: &Path, subject: &str, options: &LoadOptions) -> Result<Vec<u8>, InputError> {
     let unreadable = |error: std::io::Error| {
-        InputError::new(
-            subject,
-            "a readable image file",
-            error.to_string(),
-            "check the path",
-        )
+        InputError::new(subject, "a readable image file", error.to_string(), "check the path")
     };
     let limit = options.max_bytes().saturating_mul(4);
     let file = std::fs::File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
-    file.take(limit.saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
     if u64::try_from(bytes.len()).is_ok_and(|n| n > limit) {
         return Err(InputError::new(
             subject,
-            format!(
-                "a file of at most {} MiB",
-                options.max_image_mb.saturating_mul(4)
-            ),
+            format!("a file of at most {} MiB", options.max_image_mb.saturating_mul(4)),
             "a larger one",
             "raise the limit with --max-image-mb",
         ));
@@ -320,30 +296,14 @@ mod tests {
 
     #[test]
     fn bad_samples_are_replaced_and_counted() {
-        let mut samples = [
-            f32::NAN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            -1.0,
-            -0.0,
-            0.25,
-            1.0e30,
-        ];
+        let mut samples = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 0.25, 1.0e30];
         let mut cleaned = Cleaned::default();
         cleaned.clean(&mut samples);
         let expected = [0.0f32, 65504.0, 0.0, 0.0, 0.0, 0.25, 1.0e30];
         assert_eq!(samples.map(f32::to_bits), expected.map(f32::to_bits));
-        let counts = Cleaned {
-            nan: 1,
-            inf: 2,
-            negative: 1,
-        };
+        let counts = Cleaned { nan: 1, inf: 2, negative: 1 };
         assert_eq!(cleaned, counts);
-        assert!(
-            cleaned
-                .note("f")
-                .is_some_and(|n| n.starts_with("f: cleaned 4"))
-        );
+        assert!(cleaned.note("f").is_some_and(|n| n.starts_with("f: cleaned 4")));
         assert_eq!(Cleaned::default().note("f"), None);
     }
 }

@@ -62,10 +62,7 @@ pub fn build_planar_mips(level0: PlanarLevel) -> PlanarMap {
 
 fn halve(source: &CubeLevel) -> CubeLevel {
     let (size, texels) = shrink([source.size; 2], 6, |face, x, y| source.texel(face, x, y));
-    CubeLevel {
-        size: size[0],
-        texels,
-    }
+    CubeLevel { size: size[0], texels }
 }
 
 /// The next level of faces of `from` columns and rows.
@@ -116,10 +113,7 @@ mod tests {
     use super::*;
 
     fn level(size: usize, mut texel: impl FnMut(usize) -> [f32; 3]) -> CubeLevel {
-        CubeLevel {
-            size,
-            texels: (0..6 * size * size).map(&mut texel).collect(),
-        }
+        CubeLevel { size, texels: (0..6 * size * size).map(&mut texel).collect() }
     }
 
     #[test]
@@ -142,11 +136,7 @@ mod tests {
         for size in 1..=33 {
             let map = build_mips(level(size, |_| colour));
             for l in &map.levels {
-                assert!(
-                    l.texels
-                        .iter()
-                        .all(|t| t.map(f32::to_bits) == colour.map(f32::to_bits))
-                );
+                assert!(l.texels.iter().all(|t| t.map(f32::to_bits) == colour.map(f32::to_bits)));
             }
         }
     }
@@ -191,10 +181,7 @@ mod tests {
         });
         let mean = |l: &CubeLevel, face: usize| {
             let n = l.size * l.size;
-            let sum: f64 = l.texels[face * n..(face + 1) * n]
-                .iter()
-                .map(|t| f64::from(t[0]))
-                .sum();
+            let sum: f64 = l.texels[face * n..(face + 1) * n].iter().map(|t| f64::from(t[0])).sum();
             sum / f64::from(u32::try_from(n).unwrap())
         };
         let map = build_mips(source);

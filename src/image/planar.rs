@@ -41,10 +41,7 @@ impl Planar {
     /// The samples of a channel.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
-        self.channels
-            .iter()
-            .find(|(n, _)| n == name)
-            .map(|(_, samples)| samples.as_slice())
+        self.channels.iter().find(|(n, _)| n == name).map(|(_, samples)| samples.as_slice())
     }
 
     /// The channels' names for a message, the first twelve.
@@ -80,9 +77,8 @@ impl Planar {
         if position("RY").is_some() || position("BY").is_some() {
             return error("luminance with chroma (Y, RY, BY)".to_owned());
         }
-        let plain: Vec<usize> = (0..names.len())
-            .filter(|&i| names[i] != "A" && !names[i].contains('.'))
-            .collect();
+        let plain: Vec<usize> =
+            (0..names.len()).filter(|&i| names[i] != "A" && !names[i].contains('.')).collect();
         if let Some(y) = position("Y") {
             return Ok(Colour::Grey(y));
         }

@@ -36,10 +36,7 @@ pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T, String> {
             .downcast_ref::<String>()
             .cloned()
             .or_else(|| payload.downcast_ref::<&str>().map(|s| (*s).to_owned()));
-        format!(
-            "a fault in the decoder ({})",
-            text.unwrap_or_else(|| "no message".to_owned())
-        )
+        format!("a fault in the decoder ({})", text.unwrap_or_else(|| "no message".to_owned()))
     })
 }
 

@@ -59,23 +59,14 @@ pub(super) fn read(
     Ok(Planar {
         width: width as usize,
         height: height as usize,
-        channels: ["R", "G", "B"]
-            .map(str::to_owned)
-            .into_iter()
-            .zip(planes)
-            .collect(),
+        channels: ["R", "G", "B"].map(str::to_owned).into_iter().zip(planes).collect(),
         linear: true,
         envmap: None,
     })
 }
 
 fn damaged(subject: &str, expected: impl Into<String>, found: impl Into<String>) -> InputError {
-    InputError::new(
-        subject,
-        expected,
-        found,
-        "the file is damaged or truncated; export it again",
-    )
+    InputError::new(subject, expected, found, "the file is damaged or truncated; export it again")
 }
 
 /// Width, height and where the pixels start.
@@ -117,10 +108,7 @@ fn header(bytes: &[u8], subject: &str) -> Result<(u32, u32, usize), InputError> 
         {
             Ok((width, height, at + length + 1))
         }
-        _ => bad(
-            "a resolution line \"-Y height +X width\"",
-            format!("\"{line}\""),
-        ),
+        _ => bad("a resolution line \"-Y height +X width\"", format!("\"{line}\"")),
     }
 }
 
@@ -128,12 +116,6 @@ fn text(bytes: &[u8]) -> String {
     bytes
         .iter()
         .take(60)
-        .map(|b| {
-            if b.is_ascii_graphic() || *b == b' ' {
-                char::from(*b)
-            } else {
-                '?'
-            }
-        })
+        .map(|b| if b.is_ascii_graphic() || *b == b' ' { char::from(*b) } else { '?' })
         .collect()
 }

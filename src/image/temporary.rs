@@ -17,10 +17,7 @@ pub struct Pending {
     folders: Vec<PathBuf>,
 }
 
-static PENDING: Mutex<Pending> = Mutex::new(Pending {
-    files: Vec::new(),
-    folders: Vec::new(),
-});
+static PENDING: Mutex<Pending> = Mutex::new(Pending { files: Vec::new(), folders: Vec::new() });
 
 fn pending() -> MutexGuard<'static, Pending> {
     PENDING.lock().unwrap_or_else(PoisonError::into_inner)
@@ -64,13 +61,7 @@ impl Temporary {
         let (file, path) = builder.tempfile_in(folder)?.into_parts();
         let name = path.to_path_buf();
         list.files.push(name.clone());
-        Ok((
-            file,
-            Self {
-                path: Some(path),
-                name,
-            },
-        ))
+        Ok((file, Self { path: Some(path), name }))
     }
 
     /// Gives the file its final name.
@@ -103,10 +94,8 @@ impl OutputFolder {
     /// # Errors
     /// A path that is a file, or a parent in which no folder can be made; nothing is left behind.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let mut missing: Vec<&Path> = path
-            .ancestors()
-            .take_while(|p| !p.as_os_str().is_empty() && !p.is_dir())
-            .collect();
+        let mut missing: Vec<&Path> =
+            path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.is_dir()).collect();
         let mut folder = Self { made: Vec::new() };
         while let Some(next) = missing.pop() {
             let mut list = pending();

@@ -26,11 +26,7 @@ impl WholeFile {
     /// A folder that does not exist or cannot be written to, and a path that is itself a folder.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, InputError> {
         let path = path.into();
-        let path = if path.is_symlink() {
-            path.canonicalize().unwrap_or(path)
-        } else {
-            path
-        };
+        let path = if path.is_symlink() { path.canonicalize().unwrap_or(path) } else { path };
         if path.is_dir() {
             return Err(unwritable(&path, "a folder"));
         }
@@ -45,18 +41,10 @@ impl WholeFile {
         let (Some(folder), Some(_)) = (path.parent(), path.file_name()) else {
             return Err(unwritable(&path, "no file name"));
         };
-        let folder = if folder.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            folder
-        };
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let (file, temporary) =
             Temporary::create(folder).map_err(|e| unwritable(&path, &plain(&e)))?;
-        Ok(Self {
-            path,
-            writer: BufWriter::new(file),
-            temporary: Some(temporary),
-        })
+        Ok(Self { path, writer: BufWriter::new(file), temporary: Some(temporary) })
     }
 
     /// The final name.
@@ -88,15 +76,11 @@ impl WholeFile {
     ///
     /// What flushing or renaming failed with; the temporary is removed then.
     pub fn commit(mut self) -> Result<(), InputError> {
-        self.writer
-            .flush()
-            .map_err(|e| unwritable(&self.path, &e.to_string()))?;
+        self.writer.flush().map_err(|e| unwritable(&self.path, &e.to_string()))?;
         // Closed before it is renamed, which some systems insist on.
         drop(self.writer);
         if let Some(temporary) = self.temporary {
-            temporary
-                .persist(&self.path)
-                .map_err(|e| unwritable(&self.path, &e.to_string()))?;
+            temporary.persist(&self.path).map_err(|e| unwritable(&self.path, &e.to_string()))?;
         }
         Ok(())
     }
@@ -176,11 +160,7 @@ mod tests {
     #[test]
     fn bad_paths_fail_at_once() {
         let folder = tempfile::tempdir().unwrap();
-        for path in [
-            folder.path().to_owned(),
-            folder.path().join("none/out.txt"),
-            "/".into(),
-        ] {
+        for path in [folder.path().to_owned(), folder.path().join("none/out.txt"), "/".into()] {
             assert!(WholeFile::create(path).is_err());
         }
         assert!(names(folder.path()).is_empty());

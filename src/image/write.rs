@@ -139,18 +139,9 @@ pub fn write_png(
         added.map_err(|e| Error::other(e.to_string()))?;
     }
     let scale = libm::exp2(exposure);
-    let bytes: Vec<u8> = picture
-        .rgb
-        .iter()
-        .flatten()
-        .map(|linear| code(linear * scale))
-        .collect();
+    let bytes: Vec<u8> = picture.rgb.iter().flatten().map(|linear| code(linear * scale)).collect();
     let to_io = |e: png::EncodingError| {
-        if let png::EncodingError::IoError(e) = e {
-            e
-        } else {
-            Error::other(e.to_string())
-        }
+        if let png::EncodingError::IoError(e) = e { e } else { Error::other(e.to_string()) }
     };
     let mut writer = encoder.write_header().map_err(to_io)?;
     writer.write_image_data(&bytes).map_err(to_io)?;

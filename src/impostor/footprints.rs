@@ -67,10 +67,7 @@ pub fn spanned(l: [f64; 3], columns: [[f64; 3]; 2]) -> Env {
     let major = l[m].abs();
     let column = |c: [f64; 3]| {
         let along = m_sign * c[m];
-        [
-            (s_sign * c[s] - u * along) / major,
-            (t_sign * c[t] - v * along) / major,
-        ]
+        [(s_sign * c[s] - u * along) / major, (t_sign * c[t] - v * along) / major]
     };
     let [[a, b], [c, d]] = columns.map(column);
     Env {
@@ -106,10 +103,7 @@ fn differences(
 ) -> Option<[[f64; 3]; 2]> {
     let at = |px: f64, py: f64| first(scene, px, py).and_then(of);
     let one = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| b[i] - a[i]);
-    Some([
-        one(at(px - 0.5, py)?, at(px + 0.5, py)?),
-        one(at(px, py - 0.5)?, at(px, py + 0.5)?),
-    ])
+    Some([one(at(px - 0.5, py)?, at(px + 0.5, py)?), one(at(px, py - 0.5)?, at(px, py + 0.5)?)])
 }
 
 /// The picture of real hits whose footprints are filtered by the elliptical Gaussian on the impostor's
@@ -180,13 +174,7 @@ pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> 
         )
     };
     let pixels = scene.pixels();
-    supersample(
-        [scene.width, scene.height],
-        &pixels,
-        &shade,
-        options,
-        &|_| {},
-    )
+    supersample([scene.width, scene.height], &pixels, &shade, options, &|_| {})
 }
 
 #[cfg(test)]
@@ -213,20 +201,9 @@ mod tests {
 
     #[test]
     fn the_two_vectors_across_a_ray_are_orthonormal() {
-        for r in [
-            [1.0, 0.0, 0.0],
-            [0.0, 0.0, -1.0],
-            [0.48, 0.6, 0.64],
-            [0.6, -0.8, 0.0],
-        ] {
+        for r in [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.48, 0.6, 0.64], [0.6, -0.8, 0.0]] {
             let [a, b] = across(r);
-            for (x, y, want) in [
-                (a, a, 1.0),
-                (b, b, 1.0),
-                (a, b, 0.0),
-                (a, r, 0.0),
-                (b, r, 0.0),
-            ] {
+            for (x, y, want) in [(a, a, 1.0), (b, b, 1.0), (a, b, 0.0), (a, r, 0.0), (b, r, 0.0)] {
                 assert!((dot(x, y) - want).abs() < 1e-15);
             }
         }

@@ -25,13 +25,8 @@ pub fn march(
     steps: u32,
     halvings: u32,
 ) -> Found {
-    let mut found = Found {
-        l: r,
-        d: range,
-        look_ups: 0,
-        overshot: false,
-        status: HitStatus::Escaped,
-    };
+    let mut found =
+        Found { l: r, d: range, look_ups: 0, overshot: false, status: HitStatus::Escaped };
     let (mut low, mut high) = (0.0, range);
     let mut behind = false;
     for step in 1..=steps {

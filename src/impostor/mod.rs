@@ -113,18 +113,9 @@ impl Impostor {
         let (colours, centres): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
         let (distances, walls) = centres.concat().into_iter().unzip();
         Self {
-            colour: build_mips(CubeLevel {
-                size,
-                texels: colours.concat(),
-            }),
-            distance: DistanceCube {
-                size,
-                texels: distances,
-            },
-            walls: WallCube {
-                size,
-                texels: walls,
-            },
+            colour: build_mips(CubeLevel { size, texels: colours.concat() }),
+            distance: DistanceCube { size, texels: distances },
+            walls: WallCube { size, texels: walls },
         }
     }
 }
@@ -150,13 +141,7 @@ fn centre(
 ) -> (f32, WallPlace) {
     let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
     match world.look(reference, d) {
-        None => (
-            f32::INFINITY,
-            WallPlace {
-                wall: -1,
-                uv: [0.0; 2],
-            },
-        ),
+        None => (f32::INFINITY, WallPlace { wall: -1, uv: [0.0; 2] }),
         Some(sight) => {
             let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
             (
@@ -179,10 +164,7 @@ mod tests {
     #[test]
     fn distances_are_euclidean_and_infinite_where_a_ray_escapes() {
         let world = World::default().with(
-            Ball {
-                centre: [0.0, 0.0, -3.0],
-                radius: 1.0,
-            },
+            Ball { centre: [0.0, 0.0, -3.0], radius: 1.0 },
             Paint::Tiled { colour: [0.5; 3] },
         );
         let got = Impostor::build(&world, [0.0; 3], 33);
@@ -192,32 +174,20 @@ mod tests {
         assert!(got.distance.texels[texel(0, 16, 16)].is_infinite());
         assert_eq!(got.walls.texels[texel(0, 16, 16)].wall, -1);
         assert_eq!(got.walls.texels[texel(5, 16, 16)].wall, 0);
-        assert!(
-            got.colour.levels[0]
-                .texel(0, 3, 4)
-                .iter()
-                .all(|c| c.abs() <= 0.0)
-        );
+        assert!(got.colour.levels[0].texel(0, 3, 4).iter().all(|c| c.abs() <= 0.0));
         assert_eq!(got.colour.levels.len(), 6);
     }
 
     #[test]
     fn every_texel_of_a_box_lies_on_its_wall() {
-        let room = Cuboid {
-            low: [-1.0, -2.0, -3.0],
-            high: [4.0, 5.0, 6.0],
-        };
+        let room = Cuboid { low: [-1.0, -2.0, -3.0], high: [4.0, 5.0, 6.0] };
         let world = World::default().with(room, Paint::Room);
         let reference = [0.5, -0.25, 1.0];
         let size = 16;
         let got = Impostor::build(&world, reference, size);
         let mut seen = [0; 6];
-        for (index, (distance, place)) in got
-            .distance
-            .texels
-            .iter()
-            .zip(&got.walls.texels)
-            .enumerate()
+        for (index, (distance, place)) in
+            got.distance.texels.iter().zip(&got.walls.texels).enumerate()
         {
             let (face, y, x) = (index / size / size, index / size % size, index % size);
             let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
@@ -228,10 +198,7 @@ mod tests {
             let axis = wall / 2;
             let plane = if wall % 2 == 0 { room.high } else { room.low };
             // Distances below 10, rounded to f32: half an ulp is 2⁻²¹.
-            assert!(
-                (point[axis] - plane[axis]).abs() < 1e-6,
-                "{index} {point:?}"
-            );
+            assert!((point[axis] - plane[axis]).abs() < 1e-6, "{index} {point:?}");
             seen[wall] += 1;
             let [a, b] = [[2, 1], [0, 2], [0, 1]][axis];
             for (uv, k) in place.uv.into_iter().zip([a, b]) {

@@ -34,12 +34,7 @@ pub fn cases(scene: &HitScene) -> Vec<Case> {
         .filter_map(|ray| {
             let (x, r) = (ray.fragment.x, ray.fragment.r);
             let sight = scene.view.world.look(x, r)?;
-            Some(Case {
-                x,
-                r,
-                real: sight.point,
-                d: sight.meeting.t,
-            })
+            Some(Case { x, r, real: sight.point, d: sight.meeting.t })
         })
         .collect()
 }
@@ -142,12 +137,7 @@ impl Angles {
             let index = (errors.len() * per_cent).div_ceil(100).max(1) - 1;
             errors.get(index).copied().unwrap_or(0.0)
         };
-        Self {
-            median: at(50),
-            p95: at(95),
-            p99: at(99),
-            max: at(100),
-        }
+        Self { median: at(50), p95: at(95), p99: at(99), max: at(100) }
     }
 }
 
@@ -226,9 +216,6 @@ mod tests {
         assert!((degrees([1.0, 1e-9, 0.0], [1.0, 0.0, 0.0]) - 5.729_577_951e-8).abs() < 1e-15);
         let angles = Angles::of((1..=200).rev().map(f64::from).collect());
         let got = [angles.median, angles.p95, angles.p99, angles.max];
-        assert_eq!(
-            got.map(f64::to_bits),
-            [100.0, 190.0, 198.0, 200.0f64].map(f64::to_bits)
-        );
+        assert_eq!(got.map(f64::to_bits), [100.0, 190.0, 198.0, 200.0f64].map(f64::to_bits));
     }
 }

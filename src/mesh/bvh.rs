@@ -44,10 +44,7 @@ struct Boxed {
 
 impl Boundable for Boxed {
     fn aabb(&self) -> Aabb {
-        Aabb {
-            min: self.low.into(),
-            max: self.high.into(),
-        }
+        Aabb { min: self.low.into(), max: self.high.into() }
     }
 }
 
@@ -64,10 +61,7 @@ impl Tree {
         let boxes: Vec<Boxed> = triangles
             .iter()
             .map(|triangle| {
-                let mut out = Boxed {
-                    low: [f32::INFINITY; 3],
-                    high: [f32::NEG_INFINITY; 3],
-                };
+                let mut out = Boxed { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
                 for corner in triangle.positions {
                     for (i, c) in corner.into_iter().enumerate() {
                         let (below, above) = around(c);
@@ -78,15 +72,8 @@ impl Tree {
                 out
             })
             .collect();
-        let Bvh2 {
-            nodes,
-            primitive_indices: order,
-            ..
-        } = build_bvh2(
-            &boxes,
-            BvhBuildParams::fast_build(),
-            &mut Duration::default(),
-        );
+        let Bvh2 { nodes, primitive_indices: order, .. } =
+            build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default());
         let nodes = nodes
             .iter()
             .map(|node| Node {
@@ -123,11 +110,7 @@ impl Tree {
                 match pair {
                     [(left, Some(near)), (right, Some(far))] => {
                         // The nearer one is popped first.
-                        let (near, far) = if near <= far {
-                            (left, right)
-                        } else {
-                            (right, left)
-                        };
+                        let (near, far) = if near <= far { (left, right) } else { (right, left) };
                         stack.push(far);
                         stack.push(near);
                     }
@@ -166,11 +149,7 @@ struct Ray {
 
 impl Ray {
     fn new(origin: [f64; 3], direction: [f64; 3], after: f64) -> Self {
-        Self {
-            origin,
-            inverse: direction.map(|c| 1.0 / c),
-            after,
-        }
+        Self { origin, inverse: direction.map(|c| 1.0 / c), after }
     }
 
     /// The multiple of the direction at which a box begins, or nothing where the ray misses it or
@@ -209,11 +188,7 @@ struct Stack {
 
 impl Default for Stack {
     fn default() -> Self {
-        Self {
-            first: [0; 64],
-            length: 0,
-            rest: Vec::new(),
-        }
+        Self { first: [0; 64], length: 0, rest: Vec::new() }
     }
 }
 

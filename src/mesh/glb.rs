@@ -21,12 +21,7 @@ use crate::scene::dual::{cross, dot};
 /// A damaged file, what is refused by name above, or no triangle; with the place in the JSON.
 pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
     let damaged = |found: String| {
-        InputError::new(
-            subject,
-            "a glTF 2.0 binary file",
-            found,
-            "export the mesh again",
-        )
+        InputError::new(subject, "a glTF 2.0 binary file", found, "export the mesh again")
     };
     let file = guarded(|| gltf::Glb::from_slice(bytes))
         .map_err(damaged)?
@@ -50,10 +45,7 @@ pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
             .at(format!("buffers[{}].uri", buffer.index())));
         }
     }
-    let reader = Reader {
-        subject,
-        data: file.bin.as_deref().unwrap_or_default(),
-    };
+    let reader = Reader { subject, data: file.bin.as_deref().unwrap_or_default() };
     // The iterators of the crate trust indices that it has checked; a gap in that is an error too.
     guarded(|| reader.scene(&document)).map_err(damaged)?
 }
@@ -98,20 +90,18 @@ impl Reader<'_> {
             [0.0, 0.0, 1.0, 0.0],
             [0.0, 0.0, 0.0, 1.0],
         ]);
-        let mut open: Vec<(gltf::Node<'_>, Transform)> = match document
-            .default_scene()
-            .or_else(|| document.scenes().next())
-        {
-            Some(scene) => scene.nodes().map(|n| (n, identity)).collect(),
-            None => {
-                let mut child = vec![false; document.nodes().count()];
-                for node in document.nodes().flat_map(|n| n.children()) {
-                    child[node.index()] = true;
+        let mut open: Vec<(gltf::Node<'_>, Transform)> =
+            match document.default_scene().or_else(|| document.scenes().next()) {
+                Some(scene) => scene.nodes().map(|n| (n, identity)).collect(),
+                None => {
+                    let mut child = vec![false; document.nodes().count()];
+                    for node in document.nodes().flat_map(|n| n.children()) {
+                        child[node.index()] = true;
+                    }
+                    let roots = document.nodes().filter(|n| !child[n.index()]);
+                    roots.map(|n| (n, identity)).collect()
                 }
-                let roots = document.nodes().filter(|n| !child[n.index()]);
-                roots.map(|n| (n, identity)).collect()
-            }
-        };
+            };
         open.reverse();
         let mut seen = vec![false; document.nodes().count()];
         while let Some((node, parent)) = open.pop() {
@@ -153,10 +143,7 @@ impl Reader<'_> {
         soup: &mut Soup,
     ) -> Result<(), InputError> {
         let mode = primitive.mode();
-        if !matches!(
-            mode,
-            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
-        ) {
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(());
         }
         let at = |name: &str| format!("{place}.attributes.{name}");
@@ -197,14 +184,8 @@ impl Reader<'_> {
         } else {
             indices.len().saturating_sub(2)
         };
-        admit(soup.triangles.len() + count, self.subject, || {
-            place.to_string()
-        })?;
-        let base = [
-            soup.positions.len(),
-            soup.normals.len(),
-            soup.texcoords.len(),
-        ];
+        admit(soup.triangles.len() + count, self.subject, || place.to_string())?;
+        let base = [soup.positions.len(), soup.normals.len(), soup.texcoords.len()];
         // Below 2²² triangles and 2²⁸ bytes a list, so the sums fit; a gap would be out of range later.
         let shifted = |base: usize, i: u32| u32::try_from(base + i as usize).unwrap_or(u32::MAX);
         let corner = |i: u32| Corner {
@@ -223,17 +204,11 @@ impl Reader<'_> {
             } else {
                 [k, k + 1, k + 2]
             };
-            let [a, b, c] = if transform.mirrors {
-                [a, c, b]
-            } else {
-                [a, b, c]
-            };
+            let [a, b, c] = if transform.mirrors { [a, c, b] } else { [a, b, c] };
             soup.triangles.push([a, b, c].map(|i| corner(indices[i])));
         }
-        soup.positions
-            .extend(positions.iter().map(|p| transform.point(*p)));
-        soup.normals
-            .extend(normals.iter().flatten().map(|n| transform.normal(*n)));
+        soup.positions.extend(positions.iter().map(|p| transform.point(*p)));
+        soup.normals.extend(normals.iter().flatten().map(|n| transform.normal(*n)));
         soup.texcoords.extend(texcoords.iter().flatten());
         Ok(())
     }
@@ -288,11 +263,7 @@ impl Reader<'_> {
         accessor: &gltf::Accessor<'_>,
         place: &str,
     ) -> Result<Vec<[f64; N]>, InputError> {
-        let dimensions = if N == 2 {
-            Dimensions::Vec2
-        } else {
-            Dimensions::Vec3
-        };
+        let dimensions = if N == 2 { Dimensions::Vec2 } else { Dimensions::Vec3 };
         let kind = (accessor.data_type(), accessor.normalized());
         let width = match kind {
             (DataType::F32, _) => 4,
@@ -302,11 +273,7 @@ impl Reader<'_> {
         };
         if width == 0 || accessor.dimensions() != dimensions {
             let found = format!("{:?} of {:?}", accessor.dimensions(), accessor.data_type());
-            return Err(self.error(
-                place.to_string(),
-                &format!("{dimensions:?} of floats"),
-                found,
-            ));
+            return Err(self.error(place.to_string(), &format!("{dimensions:?} of floats"), found));
         }
         let number = |bytes: &[u8]| match *bytes {
             [a, b, c, d] => f64::from(f32::from_le_bytes([a, b, c, d])),
@@ -352,19 +319,14 @@ struct Transform {
 impl Transform {
     fn of(columns: [[f64; 4]; 4]) -> Self {
         let [x, y, z] = [0, 1, 2].map(|i| [columns[i][0], columns[i][1], columns[i][2]]);
-        Self {
-            columns,
-            mirrors: dot(cross(x, y), z) < 0.0,
-        }
+        Self { columns, mirrors: dot(cross(x, y), z) < 0.0 }
     }
 
     /// self · local.
     fn then(&self, local: [[f32; 4]; 4]) -> Self {
         Self::of(local.map(|column| {
             std::array::from_fn(|row| {
-                (0..4)
-                    .map(|k| self.columns[k][row] * f64::from(column[k]))
-                    .sum()
+                (0..4).map(|k| self.columns[k][row] * f64::from(column[k])).sum()
             })
         }))
     }

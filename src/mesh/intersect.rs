@@ -54,8 +54,5 @@ pub fn meet<S: Scalar>(
         return None;
     }
     let along = (u * a[2] + v * b[2] + w * c[2]) / sum;
-    Some(Barycentric {
-        weights: [u / sum, v / sum, w / sum],
-        distance: along / direction[z],
-    })
+    Some(Barycentric { weights: [u / sum, v / sum, w / sum], distance: along / direction[z] })
 }

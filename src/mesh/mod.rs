@@ -155,10 +155,7 @@ impl Mesh {
             ));
         }
         let (corner_normals, normals_computed) = normals::complete(soup, &kept, &positions);
-        let untextured = kept
-            .iter()
-            .filter(|t| t.iter().any(|c| c.texcoord.is_none()))
-            .count();
+        let untextured = kept.iter().filter(|t| t.iter().any(|c| c.texcoord.is_none())).count();
         let triangles: Vec<Triangle> = kept
             .iter()
             .zip(corner_normals)
@@ -170,15 +167,8 @@ impl Mesh {
             })
             .collect();
         let tree = bvh::Tree::new(&triangles);
-        let mesh = Self {
-            triangles,
-            untextured,
-            tree,
-        };
-        let repairs = Repairs {
-            degenerate,
-            normals_computed,
-        };
+        let mesh = Self { triangles, untextured, tree };
+        let repairs = Repairs { degenerate, normals_computed };
         Ok((mesh, repairs))
     }
 
@@ -205,18 +195,11 @@ impl Mesh {
 /// Reads a file of either kind.
 fn read(path: &Path, subject: &str) -> Result<Soup, InputError> {
     let unreadable = |e: std::io::Error| {
-        InputError::new(
-            subject,
-            "a readable mesh file",
-            e.to_string(),
-            "check the path",
-        )
+        InputError::new(subject, "a readable mesh file", e.to_string(), "check the path")
     };
     let file = std::fs::File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
-    file.take(MAX_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(InputError::new(
             subject,

@@ -22,11 +22,7 @@ pub(super) fn complete(
     for corner in triangles.iter().flatten() {
         missing += usize::from(given(corner).is_none());
     }
-    let means = if missing > 0 {
-        means(triangles, positions)
-    } else {
-        HashMap::new()
-    };
+    let means = if missing > 0 { means(triangles, positions) } else { HashMap::new() };
     let normals = triangles
         .iter()
         .map(|corners| {

@@ -29,12 +29,12 @@ pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
         let text = text.split('#').next().unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
         match words.next() {
-            Some("v") => soup
-                .positions
-                .push(position(&mut words).map_err(|w| fail("v X Y Z [W]", w))?),
-            Some("vn") => soup
-                .normals
-                .push(numbers::<3>(&mut words).map_err(|w| fail("vn X Y Z", w))?),
+            Some("v") => {
+                soup.positions.push(position(&mut words).map_err(|w| fail("v X Y Z [W]", w))?)
+            }
+            Some("vn") => {
+                soup.normals.push(numbers::<3>(&mut words).map_err(|w| fail("vn X Y Z", w))?)
+            }
             Some("vt") => {
                 // The second coordinate may be left out; a third is for solid textures.
                 let [s] = numbers::<1>(&mut words).map_err(|w| fail("vt U [V [W]]", w))?;
@@ -137,11 +137,7 @@ fn corner(word: &str, soup: &Soup) -> Result<Corner, String> {
     let texcoord = part(soup.texcoords.len())?;
     let normal = part(soup.normals.len())?;
     match (position, parts.next()) {
-        (Some(position), None) => Ok(Corner {
-            position,
-            normal,
-            texcoord,
-        }),
+        (Some(position), None) => Ok(Corner { position, normal, texcoord }),
         _ => Err(format!("`{}`", shortened(word))),
     }
 }
@@ -154,10 +150,7 @@ fn index(text: &str, length: usize) -> Result<u32, String> {
         value - 1
     } else {
         let length = i64::try_from(length).unwrap_or(i64::MAX);
-        length
-            .checked_add(value)
-            .filter(|i| value < 0 && *i >= 0)
-            .ok_or_else(wrong)?
+        length.checked_add(value).filter(|i| value < 0 && *i >= 0).ok_or_else(wrong)?
     };
     u32::try_from(from_zero).map_err(|_| wrong())
 }

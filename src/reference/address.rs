@@ -41,11 +41,7 @@ pub fn address<T: Tap>(
         let (face, u, v) = face_uv(direction(centre.face, u, v));
         Address { face, u, v }
     } else {
-        Address {
-            face: centre.face,
-            u,
-            v,
-        }
+        Address { face: centre.face, u, v }
     };
     if T::ACTIVE {
         let component = index as usize;

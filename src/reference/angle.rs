@@ -45,9 +45,7 @@ impl Angles {
         let at = |j: usize| (2.0 * j as f64 + entry) * half_step;
         Self {
             order: table.order,
-            entries: (0..boundaries.len() + 2)
-                .map(|j| circle(at(j) / 2.0))
-                .collect(),
+            entries: (0..boundaries.len() + 2).map(|j| circle(at(j) / 2.0)).collect(),
             doubled: (0..boundaries.len() + 1).map(|j| circle(at(j))).collect(),
             tan_step: libm::tan(2.0 * half_step),
             boundaries,
@@ -76,9 +74,6 @@ impl Angles {
         let [c, s] = self.doubled[bin];
         let fraction = ((sin * c - cos * s) / (cos * c + sin * s) / self.tan_step).clamp(0.0, 1.0);
         let [high_cos, high_sin] = self.entries[bin + 1];
-        [
-            low_cos + (high_cos - low_cos) * fraction,
-            low_sin + (high_sin - low_sin) * fraction,
-        ]
+        [low_cos + (high_cos - low_cos) * fraction, low_sin + (high_sin - low_sin) * fraction]
     }
 }

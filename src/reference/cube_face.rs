@@ -52,20 +52,10 @@ pub fn cube_face<R: Real, T: Tap>(
     let ma = d[axis].abs();
     let facing = if ma.is_zero() {
         flags.insert(Flag::Zero);
-        Facing {
-            face,
-            inv_ma: zero,
-            u: zero,
-            v: zero,
-        }
+        Facing { face, inv_ma: zero, u: zero, v: zero }
     } else {
         let [s, t, _] = FACE_AXES[face].map(|(axis, sign)| signed(d[axis], sign));
-        Facing {
-            face,
-            inv_ma: R::from_f64(1.0) / ma,
-            u: s / ma,
-            v: t / ma,
-        }
+        Facing { face, inv_ma: R::from_f64(1.0) / ma, u: s / ma, v: t / ma }
     };
     put(tap, Stage::CubeFace, "inv_ma", &[facing.inv_ma]);
     put(tap, Stage::CubeFace, "u", &[facing.u]);

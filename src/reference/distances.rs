@@ -49,11 +49,7 @@ pub(super) fn is_zero(v: [f64; 3]) -> bool {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 impl Distances {
@@ -70,9 +66,7 @@ impl Distances {
         let tap = |face: usize, x: i64, y: i64| {
             across_edge(size, face, x, y).map_or(f64::INFINITY, |(f, x, y)| {
                 let index = (f * size + y) * size + x;
-                cube.texels
-                    .get(index)
-                    .map_or(f64::INFINITY, |t| f64::from(*t))
+                cube.texels.get(index).map_or(f64::INFINITY, |t| f64::from(*t))
             })
         };
         let mut texels = Vec::with_capacity(6 * (size + 2) * (size + 2));

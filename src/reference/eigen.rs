@@ -58,11 +58,7 @@ pub fn eigen<R: Real, T: Tap>(
     put(tap, Stage::Eigen, "lambda_sq", &lambda_sq);
     put(tap, Stage::Eigen, "lambda", &lambda);
     put(tap, Stage::Eigen, "axis", &axis);
-    Axes {
-        lambda,
-        axis,
-        lambda_sq,
-    }
+    Axes { lambda, axis, lambda_sq }
 }
 
 /// The eigenvector of the larger eigenvalue, from the one of its two forms that cancels nothing.
@@ -75,11 +71,7 @@ fn exact_axis<R: Real>(difference: R, two_b: R, root: R) -> [R::Narrow; 2] {
     let slope = (two_b / (root + difference.abs())).narrow();
     let long = one / (one + slope * slope).sqrt();
     let short = slope * long;
-    if difference < R::from_f64(0.0) {
-        [long, short]
-    } else {
-        with_first_positive(short, long)
-    }
+    if difference < R::from_f64(0.0) { [long, short] } else { with_first_positive(short, long) }
 }
 
 /// (short, long) turned so that its first component is positive, or (0, 1).
@@ -126,9 +118,7 @@ fn longer_derivative<R: Real>(columns: [Option<&[[R; 2]; 2]>; 2]) -> ([R; 2], [R
             longest = i;
         }
     }
-    let rest = (0..4)
-        .filter(|&i| i != longest)
-        .fold(zero, |sum, i| sum + squares[i]);
+    let rest = (0..4).filter(|&i| i != longest).fold(zero, |sum, i| sum + squares[i]);
     let [x, y] = columns[longest];
     let length = squares[longest].sqrt();
     let axis = if length.is_zero() {

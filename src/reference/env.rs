@@ -107,15 +107,9 @@ pub(super) fn back_end<T: Tap>(
 ) -> Env {
     let settings = prepared.settings();
     let size = texture.map_or(face_size, Texture::size).max(1);
-    let chain = Chain {
-        size,
-        levels: texture.map_or(size.ilog2() as usize + 1, Texture::levels),
-    };
+    let chain = Chain { size, levels: texture.map_or(size.ilog2() as usize + 1, Texture::levels) };
     let mut flags = front.flags;
-    let rule = Rule {
-        count: settings.count,
-        max_probes: settings.max_probes,
-    };
+    let rule = Rule { count: settings.count, max_probes: settings.max_probes };
     let (lambda, axis) = (front.lambda, front.axis);
     let Footprint { probes, lod, step } = footprint(lambda, axis, chain, rule, &mut flags, tap);
     let levels = Levels::new(lod, chain.levels);
@@ -219,9 +213,7 @@ fn ordinary(prepared: &Prepared, fragment: &Fragment) -> bool {
         && f.bump.is_none_or(good)
         && f.rough.is_none_or(good)
         && good([prepared.settings().roughness_scale])
-        && prepared
-            .rotation()
-            .is_none_or(|rotation| rotation.iter().copied().all(good))
+        && prepared.rotation().is_none_or(|rotation| rotation.iter().copied().all(good))
 }
 
 /// The stages up to `eigen` in the arithmetic `R`.
@@ -238,24 +230,12 @@ fn run_front<R: Real, T: Tap>(
     let v = vector::<R>(fragment.v);
     let n = vector::<R>(fragment.n);
     let used = fragment.bump.is_some() || fragment.rough.is_some();
-    let frame = fragment
-        .h
-        .filter(|_| used)
-        .map(|h| local_frame(n, vector(h), &mut flags, tap));
+    let frame = fragment.h.filter(|_| used).map(|h| local_frame(n, vector(h), &mut flags, tap));
     let bumped = frame.zip(fragment.bump.map(|b| b.map(R::from_f64)));
-    let n_mod = bumped
-        .as_ref()
-        .map_or(n, |(frame, b)| bump(n, frame, *b, tap));
+    let n_mod = bumped.as_ref().map_or(n, |(frame, b)| bump(n, frame, *b, tap));
     let reflection = reflect(v, n_mod, tap);
     let facing = cube_face(reflection.v_r, rotation, &mut flags, tap);
-    let surface = Surface {
-        v,
-        n,
-        n_mod,
-        bump: bumped,
-        reflection,
-        facing,
-    };
+    let surface = Surface { v, n, n_mod, bump: bumped, reflection, facing };
     let derivatives = Derivatives {
         dv: [fragment.dv_dx, fragment.dv_dy].map(vector),
         dn: [fragment.dn_dx, fragment.dn_dy].map(vector),
@@ -267,13 +247,8 @@ fn run_front<R: Real, T: Tap>(
     });
     let b = rough.as_ref().map(|rough| &rough.b);
     let k = covariance(&jacobian.d, b, tap);
-    let axes = eigen(
-        k,
-        [Some(&jacobian.d), b],
-        (settings.axis, settings.minor),
-        prepared.angles(),
-        tap,
-    );
+    let axes =
+        eigen(k, [Some(&jacobian.d), b], (settings.axis, settings.minor), prepared.angles(), tap);
 
     let exact = trusted(
         k,
@@ -296,11 +271,7 @@ fn run_front<R: Real, T: Tap>(
         }
     }
     Front {
-        centre: Address {
-            face: facing.face,
-            u: facing.u.to_f64(),
-            v: facing.v.to_f64(),
-        },
+        centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
         d: jacobian.d.map(|row| row.map(R::to_f64)),
         k: k.map(R::to_f64),
         lambda: axes.lambda.map(R::to_f64),

@@ -54,11 +54,7 @@ pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
     let (lattice, form) = fitting_lattice(env.k, texture);
     let centre = [env.u, env.v].map(|x| (x + 1.0) / lattice.spacing - 0.5);
     let (color, points) = gaussian(centre, &form, |i, j| lattice.value(texture, env.face, i, j));
-    Ewa {
-        color,
-        level: lattice.level,
-        points,
-    }
+    Ewa { color, level: lattice.level, points }
 }
 
 /// The same filter on a 2-D texture: covariance K/12 + ⅙·I in texels. The lattice is the first level on which the
@@ -172,22 +168,15 @@ impl Lattice {
         Self {
             level,
             mip,
-            size: if beyond == 0 {
-                i64::try_from(size).unwrap_or(i64::MAX)
-            } else {
-                0
-            },
+            size: if beyond == 0 { i64::try_from(size).unwrap_or(i64::MAX) } else { 0 },
             spacing: libm::scalbn(2.0 / size as f64, beyond),
         }
     }
 
     fn value(&self, texture: &Texture, face: usize, i: i64, j: i64) -> [f64; 3] {
-        if let (true, true, Ok(x), Ok(y)) = (
-            i < self.size,
-            j < self.size,
-            usize::try_from(i),
-            usize::try_from(j),
-        ) {
+        if let (true, true, Ok(x), Ok(y)) =
+            (i < self.size, j < self.size, usize::try_from(i), usize::try_from(j))
+        {
             return texture.texel(self.mip, face, x, y);
         }
         let [u, v] = [i, j].map(|t| (t as f64 + 0.5) * self.spacing - 1.0);
@@ -227,9 +216,6 @@ fn form([a, b, c]: [f64; 3]) -> (Form, bool) {
     let trace = a + c + 2.0 * texel;
     let spread = (trace * trace - 4.0 * determinant).max(0.0).sqrt();
     let minor = 2.0 * determinant / (trace + spread);
-    let form = Form {
-        covariance: [a + texel, b, c + texel],
-        determinant,
-    };
+    let form = Form { covariance: [a + texel, b, c + texel], determinant };
     (form, points <= MOST_POINTS && minor < FINE_ENOUGH)
 }

@@ -26,10 +26,7 @@ impl Levels {
             reason = "a whole number from 0 to the last level"
         )]
         let index = low as usize;
-        Self {
-            index: [index, (index + 1).min(last)],
-            fraction: lod - low,
-        }
+        Self { index: [index, (index + 1).min(last)], fraction: lod - low }
     }
 }
 
@@ -62,11 +59,7 @@ pub fn filter<M: Sampler, T: Tap>(
         let weight = f64::from(weight);
         total += weight;
         // With a fraction of 0 the second level counts nothing; a trace shows it all the same.
-        let used = if levels.fraction > 0.0 || T::ACTIVE {
-            2
-        } else {
-            1
-        };
+        let used = if levels.fraction > 0.0 || T::ACTIVE { 2 } else { 1 };
         for (level, sum) in sums.iter_mut().enumerate().take(used) {
             let value = texture.bilinear(levels.index[level], address);
             for (channel, (sum, value)) in sum.iter_mut().zip(value).enumerate() {
@@ -80,11 +73,7 @@ pub fn filter<M: Sampler, T: Tap>(
     }
     let color: [f64; 3] = std::array::from_fn(|channel| {
         let [low, high] = sums.map(|sum| sum[channel] / total);
-        if levels.fraction > 0.0 {
-            mix(low, high, levels.fraction)
-        } else {
-            low
-        }
+        if levels.fraction > 0.0 { mix(low, high, levels.fraction) } else { low }
     });
     put(tap, Stage::Filter, "color", &color);
     color

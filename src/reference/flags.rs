@@ -109,10 +109,7 @@ impl Flags {
 
     /// The names of the flags in the set, in pipeline order.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
-        Flag::ALL
-            .into_iter()
-            .filter(move |&flag| self.contains(flag))
-            .map(Flag::name)
+        Flag::ALL.into_iter().filter(move |&flag| self.contains(flag)).map(Flag::name)
     }
 }
 

@@ -68,10 +68,7 @@ pub fn hit<T: Tap>(
     let mut changed = false;
     let x = clean(fragment.x, &mut changed);
     let direction = clean(fragment.r, &mut changed);
-    if fragment
-        .cone
-        .is_some_and(|cone| cone.iter().any(|c| !c.is_finite()))
-    {
+    if fragment.cone.is_some_and(|cone| cone.iter().any(|c| !c.is_finite())) {
         changed = true;
     }
     if changed {
@@ -88,18 +85,12 @@ pub fn hit<T: Tap>(
     let read = |q: [f64; 3]| distance.read(turn(q), policy.look_up);
     put(tap, Stage::Hit, "x", &x);
     put(tap, Stage::Hit, "r", &r);
-    let tau = policy
-        .tolerance_bits
-        .map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
+    let tau = policy.tolerance_bits.map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
     let side = |f: f64| i8::from(f > 1.0 + tau) - i8::from(f < 1.0 - tau);
     let far = read(r);
     let start = length(x);
     let near = if start == 0.0 { 0.0 } else { read(x) };
-    let p_un = if start == 0.0 {
-        0.0
-    } else {
-        ratio(start, near)
-    };
+    let p_un = if start == 0.0 { 0.0 } else { ratio(start, near) };
     if T::ACTIVE {
         tap.put(Stage::Hit, "radius", 0, saturate(far));
         tap.put(Stage::Hit, "radius", 1, saturate(near));
@@ -117,11 +108,7 @@ pub fn hit<T: Tap>(
     };
     let begins = side(p_un);
     if begins == 0 || (begins > 0 && policy.outside == Outside::Stop) {
-        out.status = if begins == 0 {
-            HitStatus::AtSurface
-        } else {
-            HitStatus::Outside
-        };
+        out.status = if begins == 0 { HitStatus::AtSurface } else { HitStatus::Outside };
         return out;
     }
     if far.is_infinite() {
@@ -137,13 +124,7 @@ pub fn hit<T: Tap>(
         }
         l
     };
-    let mut ray = step::Ray {
-        far,
-        d: far * (1.0 - p_un),
-        under: (0.0, p_un),
-        over: None,
-        side: 0,
-    };
+    let mut ray = step::Ray { far, d: far * (1.0 - p_un), under: (0.0, p_un), over: None, side: 0 };
     for k in 0..=policy.iterations as usize {
         let l = point(ray.d);
         if !ray.d.is_finite() || l.iter().any(|c| !c.is_finite()) {

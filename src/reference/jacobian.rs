@@ -129,13 +129,9 @@ fn normal_derivatives<R: Real, T: Tap>(
         if dnmod != Dnmod::Paper {
             let n = surface.n;
             let n_dot_n = dot(n, n);
-            let along = derivatives.dn.map(|dn| {
-                if n_dot_n.is_zero() {
-                    zero
-                } else {
-                    dot(n, dn) / n_dot_n
-                }
-            });
+            let along = derivatives
+                .dn
+                .map(|dn| if n_dot_n.is_zero() { zero } else { dot(n, dn) / n_dot_n });
             put(tap, Stage::Jacobian, "along", &along);
             for (dn, along) in dn_mod.iter_mut().zip(along) {
                 *dn = subtract(*dn, scale(along, n));
@@ -147,10 +143,8 @@ fn normal_derivatives<R: Real, T: Tap>(
                 let turn = add(scale(*b1, de1), scale(*b2, de2));
                 let size = largest(de1) * b1.abs() + largest(de2) * b2.abs();
                 count(
-                    size + largest(scale(
-                        frame.inv_length * frame.n_length,
-                        cross(frame.h, *dn),
-                    )) * b1.abs(),
+                    size + largest(scale(frame.inv_length * frame.n_length, cross(frame.h, *dn)))
+                        * b1.abs(),
                 );
                 *dn = add(*dn, turn);
             }
@@ -174,8 +168,5 @@ fn frame_derivatives<R: Real>(
     let direction = frame.direction;
     let across = subtract(dc, scale(dot(direction, dc), direction));
     let turn = scale(frame.inv_length, across);
-    (
-        scale(frame.n_length, turn),
-        add(cross(dn, direction), cross(n, turn)),
-    )
+    (scale(frame.n_length, turn), add(cross(dn, direction), cross(n, turn)))
 }

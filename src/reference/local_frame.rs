@@ -52,11 +52,7 @@ pub fn local_frame<R: Real, T: Tap>(
         c = cross(used, n);
     }
     let length = dot(c, c).sqrt();
-    let inv_length = if length.is_zero() {
-        zero
-    } else {
-        R::from_f64(1.0) / length
-    };
+    let inv_length = if length.is_zero() { zero } else { R::from_f64(1.0) / length };
     let n_length = dot(n, n).sqrt();
     let direction = scale(inv_length, c);
     let e1 = scale(n_length, direction);
@@ -68,12 +64,5 @@ pub fn local_frame<R: Real, T: Tap>(
     put(tap, stage, "inv_length", &[inv_length]);
     put(tap, stage, "e1", &e1);
     put(tap, stage, "e2", &e2);
-    Frame {
-        h: used,
-        direction,
-        inv_length,
-        n_length,
-        e1,
-        e2,
-    }
+    Frame { h: used, direction, inv_length, n_length, e1, e2 }
 }

@@ -30,10 +30,8 @@ impl Prepared {
         settings.rotation = settings.rotation.map(|row| row.map(|x| finite(x).0));
         let identity = Settings::default().rotation;
         let rotated = settings.rotation != identity;
-        let angles = settings
-            .reference_table
-            .filter(|_| settings.axis == Axis::EigenTable)
-            .map(Angles::new);
+        let angles =
+            settings.reference_table.filter(|_| settings.axis == Axis::EigenTable).map(Angles::new);
         let weights = match settings.weights {
             Weights::Box => Vec::new(),
             Weights::Gaussian => (1..=settings.max_probes)
@@ -43,12 +41,7 @@ impl Prepared {
                 })
                 .collect(),
         };
-        Self {
-            settings,
-            rotated,
-            angles,
-            weights,
-        }
+        Self { settings, rotated, angles, weights }
     }
 
     /// The settings.
@@ -70,18 +63,11 @@ impl Prepared {
     /// The weight of a probe.
     pub(super) fn weight(&self, index: u32, count: u32) -> u32 {
         let before = count as usize * (count as usize - 1) / 2;
-        self.weights
-            .get(before + index as usize)
-            .copied()
-            .unwrap_or(1)
+        self.weights.get(before + index as usize).copied().unwrap_or(1)
     }
 }
 
 /// The value as a finite number (NaN becomes 0) without −0, and whether it had to change.
 pub(super) fn finite(value: f64) -> (f64, bool) {
-    if value.is_nan() {
-        (0.0, true)
-    } else {
-        (saturate(value), value.is_infinite())
-    }
+    if value.is_nan() { (0.0, true) } else { (saturate(value), value.is_infinite()) }
 }

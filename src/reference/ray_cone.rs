@@ -61,10 +61,7 @@ fn inverse_pi<R: Real>() -> R {
 pub fn ray_cone(cone: Cone, step: Step, rules: ConeRules, set_diffuse: SetDiffuse) -> Cone {
     let [angle, width] = [cone.angle.0, cone.width.0].map(|x| Wide::from_f64(finite(x).0));
     let [angle, width] = after(angle, width, step, rules, set_diffuse);
-    Cone {
-        angle: Angle(angle.to_f64()),
-        width: Width(width.to_f64()),
-    }
+    Cone { angle: Angle(angle.to_f64()), width: Width(width.to_f64()) }
 }
 
 /// Angle and width after one operation, in the arithmetic `R`.
@@ -87,21 +84,12 @@ pub fn after<R: Real>(
     match step {
         Step::Propagate(distance) => {
             let width = width + angle * wide(distance);
-            if angle < zero && width < zero {
-                of(-angle, -width)
-            } else {
-                of(angle, width)
-            }
+            if angle < zero && width < zero { of(-angle, -width) } else { of(angle, width) }
         }
-        Step::Reflect(curvature) => of(
-            angle + R::from_f64(2.0) * wide(curvature) * width.abs(),
-            width,
-        ),
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => {
+        Step::Reflect(curvature) => {
+            of(angle + R::from_f64(2.0) * wide(curvature) * width.abs(), width)
+        }
+        Step::Refract { curvature, outside, inside } => {
             let bend = wide(curvature) * width.abs();
             let (outside, inside) = (wide(outside), wide(inside));
             let through = outside * (angle + bend);
@@ -117,20 +105,13 @@ pub fn after<R: Real>(
                 };
                 return of(angle, width);
             }
-            let turned = if outside == inside {
-                angle
-            } else {
-                through / inside - bend
-            };
+            let turned = if outside == inside { angle } else { through / inside - bend };
             of(turned, width)
         }
         Step::Scatter(bsdf) => {
             let bsdf = wide(bsdf);
-            let spread = if bsdf <= inverse_pi::<R>() {
-                limit
-            } else {
-                limit * inverse_pi::<R>() / bsdf
-            };
+            let spread =
+                if bsdf <= inverse_pi::<R>() { limit } else { limit * inverse_pi::<R>() / bsdf };
             let away = otk && angle < zero;
             let turned = angle + if away { -spread } else { spread };
             if otk && turned.abs() >= limit {

@@ -28,9 +28,5 @@ pub fn reflect<R: Real, T: Tap>(v: Vector<R>, n: Vector<R>, tap: &mut T) -> Refl
     put(tap, stage, "n_dot_v", &[n_dot_v]);
     put(tap, stage, "n_dot_n", &[n_dot_n]);
     put(tap, stage, "v_r", &v_r);
-    Reflection {
-        v_r,
-        n_dot_v,
-        n_dot_n,
-    }
+    Reflection { v_r, n_dot_v, n_dot_n }
 }

@@ -53,11 +53,7 @@ pub fn surface_footprint<R: Real, T: Tap>(
     let along = cross(n, across);
     let width = if otk { width } else { width.abs() };
     let least = R::from_f64(1.0) / R::from_f64(f64::from(policy.max_anisotropy.max(1)));
-    let seen = if flat {
-        one
-    } else {
-        cosine.abs().larger(least)
-    };
+    let seen = if flat { one } else { cosine.abs().larger(least) };
     let dp = [scale(width / seen, along), scale(width, across)];
     let (grad, edges) = match fragment.tangents {
         Tangents::Surface { dp_ds, dp_dt } => ([dp_ds, dp_dt], None),
@@ -87,11 +83,7 @@ pub fn surface_footprint<R: Real, T: Tap>(
     put(tap, stage, "ddx", &dd[0]);
     put(tap, stage, "ddy", &dd[1]);
     put(tap, stage, "d", d_matrix.as_flattened());
-    SurfaceFootprint {
-        dp,
-        dd,
-        d: d_matrix,
-    }
+    SurfaceFootprint { dp, dd, d: d_matrix }
 }
 
 /// v/|v|; 0 for 0. The power of two of its largest component is taken out by `R`'s range.
@@ -114,11 +106,7 @@ fn gradients<R: Real, T: Tap>(
 ) -> [Vector<R>; 2] {
     let zero = R::from_f64(0.0);
     let over = |v: Vector<R>, square: R| {
-        if square.is_zero() {
-            [zero; 3]
-        } else {
-            v.map(|c| c / square)
-        }
+        if square.is_zero() { [zero; 3] } else { v.map(|c| c / square) }
     };
     let g = cross(s, t);
     let square = dot(g, g);

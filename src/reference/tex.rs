@@ -58,20 +58,13 @@ pub fn tex<T: Tap>(
     let settings = prepared.settings();
     let mut flags = Flags::default();
     let fragment = cleaned(fragment, width, &mut flags);
-    let size = texture
-        .map_or(size, |texture| texture.level_size(0))
-        .map(|n| n.max(1));
+    let size = texture.map_or(size, |texture| texture.level_size(0)).map(|n| n.max(1));
     let width = Wide::from_f64(finite(width).0);
     let rules = (&settings.tex, settings.cone_rules);
     let surface = surface_footprint(&fragment, width, size, rules, &mut flags, tap);
     let k = covariance(&surface.d, None, tap);
-    let axes = eigen(
-        k,
-        [Some(&surface.d), None],
-        (settings.axis, settings.minor),
-        prepared.angles(),
-        tap,
-    );
+    let axes =
+        eigen(k, [Some(&surface.d), None], (settings.axis, settings.minor), prepared.angles(), tap);
     for (values, flag) in [
         (surface.d.as_flattened(), Flag::SurfSaturated),
         (&k, Flag::CovarianceSaturated),
@@ -83,19 +76,10 @@ pub fn tex<T: Tap>(
     }
     let lambda = axes.lambda.map(|x| x.to_f64());
     // λ counts in texels: 2 texels are 2.
-    let chain = Chain {
-        size: 2,
-        levels: size[0].max(size[1]).ilog2() as usize + 1,
-    };
-    let rule = Rule {
-        count: settings.count,
-        max_probes: settings.max_probes,
-    };
+    let chain = Chain { size: 2, levels: size[0].max(size[1]).ilog2() as usize + 1 };
+    let rule = Rule { count: settings.count, max_probes: settings.max_probes };
     let axis = axes.axis;
-    let mut scaled = InPeriods {
-        tap,
-        scale: size.map(|n| 2.0 / n as f64),
-    };
+    let mut scaled = InPeriods { tap, scale: size.map(|n| 2.0 / n as f64) };
     let Footprint { probes, lod, step } =
         footprint(lambda, axis, chain, rule, &mut flags, &mut scaled);
     let step = [0, 1].map(|i| saturate(step[i] * scaled.scale[i]));
@@ -146,11 +130,8 @@ impl<T: Tap> Tap for InPeriods<'_, T> {
     const ACTIVE: bool = T::ACTIVE;
 
     fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
-        let value = if register == "step" {
-            saturate(value * self.scale[component % 2])
-        } else {
-            value
-        };
+        let value =
+            if register == "step" { saturate(value * self.scale[component % 2]) } else { value };
         self.tap.put(stage, register, component, value);
     }
 

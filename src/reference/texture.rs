@@ -58,10 +58,7 @@ impl<'a> Texture<'a> {
     /// Prepares a cube map whose levels are not empty.
     #[must_use]
     pub fn new(map: &'a CubeMap) -> Self {
-        Self {
-            map,
-            borders: map.levels.iter().map(Border::new).collect(),
-        }
+        Self { map, borders: map.levels.iter().map(Border::new).collect() }
     }
 
     /// Texels along an edge of level 0.

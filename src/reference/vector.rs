@@ -52,8 +52,7 @@ pub fn transform<R: Real>(matrix: &[[R; 3]; 3], a: Vector<R>) -> Vector<R> {
 /// The largest magnitude of a component.
 #[inline]
 pub fn largest<R: Real>(a: Vector<R>) -> R {
-    a.into_iter()
-        .fold(R::from_f64(0.0), |most, x| x.abs().larger(most))
+    a.into_iter().fold(R::from_f64(0.0), |most, x| x.abs().larger(most))
 }
 
 /// e_k × v, k the smallest |v_k| (ties z, y, x).

@@ -10,11 +10,7 @@
 #[must_use]
 pub fn probe_weights(count: u32, bits: u32, end_points: bool) -> Vec<u32> {
     let total = 1i64 << bits.min(30);
-    let half_line = f64::from(if end_points {
-        count.saturating_sub(1).max(1)
-    } else {
-        count
-    });
+    let half_line = f64::from(if end_points { count.saturating_sub(1).max(1) } else { count });
     let bells: Vec<f64> = (0..count)
         .map(|i| {
             let x = (2.0 * f64::from(i) + 1.0 - f64::from(count)) / half_line;

@@ -16,11 +16,7 @@ pub struct Wide {
     exponent: i64,
 }
 
-const ZERO: Wide = Wide {
-    high: 0.0,
-    low: 0.0,
-    exponent: 0,
-};
+const ZERO: Wide = Wide { high: 0.0, low: 0.0, exponent: 0 };
 
 /// 2^power for −1022 ≤ power ≤ 1023, else the nearest of those.
 fn power_of_two(power: i64) -> f64 {
@@ -53,10 +49,7 @@ impl Wide {
         if self.high == 0.0 {
             return ZERO;
         }
-        Self {
-            exponent: self.exponent + power,
-            ..self
-        }
+        Self { exponent: self.exponent + power, ..self }
     }
 
     /// Renormalises a sum of two doubles, both far from the ends of the range, times 2^exponent.
@@ -67,11 +60,7 @@ impl Wide {
         }
         let shift = exponent_of(high);
         let scale = power_of_two(-shift);
-        Self {
-            high: high * scale,
-            low: low * scale,
-            exponent: exponent + shift,
-        }
+        Self { high: high * scale, low: low * scale, exponent: exponent + shift }
     }
 }
 
@@ -82,11 +71,7 @@ impl Neg for Wide {
         if self.high == 0.0 {
             return ZERO;
         }
-        Self {
-            high: -self.high,
-            low: -self.low,
-            exponent: self.exponent,
-        }
+        Self { high: -self.high, low: -self.low, exponent: self.exponent }
     }
 }
 
@@ -175,11 +160,7 @@ impl Real for Wide {
             // Two factors, because 2^1023 has no reciprocal among the normal doubles.
             let half = shift / 2;
             let high = value * power_of_two(-half) * power_of_two(half - shift);
-            Self {
-                high,
-                low: 0.0,
-                exponent: shift,
-            }
+            Self { high, low: 0.0, exponent: shift }
         }
     }
 
@@ -239,9 +220,7 @@ mod tests {
         let mut state = 1u64;
         std::iter::from_fn(move || {
             let mut next = || {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 let shift = 11 + (state >> 33) % 50;
                 state.cast_signed() >> shift
             };
@@ -280,14 +259,7 @@ mod tests {
 
     #[test]
     fn every_kind_of_double_passes_through_unchanged() {
-        let ends = [
-            f64::MAX,
-            f64::MIN_POSITIVE,
-            f64::from_bits(1),
-            f64::EPSILON,
-            1.0,
-            0.0,
-        ];
+        let ends = [f64::MAX, f64::MIN_POSITIVE, f64::from_bits(1), f64::EPSILON, 1.0, 0.0];
         for x in ends {
             assert_eq!(wide(x).to_f64().to_bits(), x.to_bits());
             assert_eq!(wide(-x).to_f64().to_bits(), (0.0 - x).to_bits());
@@ -314,11 +286,7 @@ mod tests {
         assert!(!tiny.is_zero());
         assert_eq!(tiny.to_f64().to_bits(), 0);
         assert_eq!(
-            (x * tiny - wide(1.0))
-                .to_f64()
-                .abs()
-                .max(2f64.powi(-99))
-                .to_bits(),
+            (x * tiny - wide(1.0)).to_f64().abs().max(2f64.powi(-99)).to_bits(),
             2f64.powi(-99).to_bits()
         );
     }

@@ -44,11 +44,7 @@ pub fn colour_of_steps(steps: f64) -> [u8; 3] {
         return IDENTICAL;
     }
     let log = libm::log2(steps);
-    let part = if log < 0.0 {
-        &RAMP[..HOT]
-    } else {
-        &RAMP[HOT..]
-    };
+    let part = if log < 0.0 { &RAMP[..HOT] } else { &RAMP[HOT..] };
     let (first, last) = (part[0], part[part.len() - 1]);
     let log = log.clamp(first.0, last.0);
     let above = part[1..].iter().position(|&(at, _)| log <= at);
@@ -102,12 +98,7 @@ pub fn error_map(a: &Picture, b: &Picture, exposure: f64) -> Result<Picture, Inp
 /// Draws the ramp and its labels into the rows from `top` on.
 fn legend(map: &mut Picture, top: usize) {
     let (width, ink) = (map.width, linear_of_bytes(INK));
-    fill(
-        map,
-        (0, top),
-        (width, LEGEND_HEIGHT),
-        linear_of_bytes(PAPER),
-    );
+    fill(map, (0, top), (width, LEGEND_HEIGHT), linear_of_bytes(PAPER));
     let margin = if width > 60 { 8 } else { 0 };
     let bar = width.saturating_sub(2 * margin);
     let (low, high) = (RAMP[0].0, RAMP[RAMP.len() - 1].0);
@@ -117,13 +108,7 @@ fn legend(map: &mut Picture, top: usize) {
         fill(map, (margin + x, top + 3), (1, 8), colour);
     }
     // Ticks where there is room, most wanted first. The unit: steps of an 8-bit picture.
-    let ticks = [
-        (0.0, "1"),
-        (8.0, "256"),
-        (-8.0, "1/256"),
-        (4.0, "16"),
-        (-4.0, "1/16"),
-    ];
+    let ticks = [(0.0, "1"), (8.0, "256"), (-8.0, "1/256"), (4.0, "16"), (-4.0, "1/16")];
     let mut taken: Vec<(usize, usize)> = Vec::new();
     let mut place = |map: &mut Picture, centre: usize, text: &str| {
         let half = text_width(text, 1) / 2;
@@ -166,14 +151,9 @@ pub fn mosaic(pictures: &[(&Picture, &str)], gap: usize) -> Picture {
     let Some(row) = row else {
         return Picture::new(0, 0);
     };
-    let labels = pictures
-        .iter()
-        .map(|(picture, _)| scale(picture) * (HEIGHT + 6));
+    let labels = pictures.iter().map(|(picture, _)| scale(picture) * (HEIGHT + 6));
     let height = row + labels.max().unwrap_or(0);
-    let width = pictures
-        .iter()
-        .map(|(picture, _)| picture.width)
-        .sum::<usize>()
+    let width = pictures.iter().map(|(picture, _)| picture.width).sum::<usize>()
         + gap * (pictures.len() - 1);
     let mut out = Picture::new(width, height);
     fill(&mut out, (0, 0), (width, height), paper);
@@ -189,22 +169,13 @@ pub fn mosaic(pictures: &[(&Picture, &str)], gap: usize) -> Picture {
         let room = picture.width / (font::ADVANCE * scale);
         let label: String = label.chars().take(room).collect();
         let inset = (picture.width - text_width(&label, scale)) / 2;
-        draw_text(
-            &mut out,
-            (left + inset, row + 3 * scale),
-            &label,
-            scale,
-            ink,
-        );
+        draw_text(&mut out, (left + inset, row + 3 * scale), &label, scale, ink);
         left += picture.width + gap;
     }
     out
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "columns of a picture are far below 2^53"
-)]
+#[expect(clippy::cast_precision_loss, reason = "columns of a picture are far below 2^53")]
 fn as_f64(count: usize) -> f64 {
     count as f64
 }

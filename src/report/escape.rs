@@ -28,11 +28,7 @@ pub fn base64(bytes: &[u8]) -> String {
         for at in 0..4 {
             let index = usize::try_from(word >> (18 - 6 * at) & 63).unwrap_or(0);
             let present = at <= group.len();
-            out.push(if present {
-                char::from(ALPHABET[index])
-            } else {
-                '='
-            });
+            out.push(if present { char::from(ALPHABET[index]) } else { '=' });
         }
     }
     out

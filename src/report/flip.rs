@@ -30,13 +30,7 @@ pub fn mean_flip(a: &Picture, b: &Picture, exposure: f64) -> Result<f64, InputEr
                 clippy::cast_possible_truncation,
                 reason = "shown values lie in [0, 1]; f32 is what FLIP works in"
             )]
-            rgb.map(|channel| {
-                if covered {
-                    show.channel(channel) as f32
-                } else {
-                    0.0
-                }
-            })
+            rgb.map(|channel| if covered { show.channel(channel) as f32 } else { 0.0 })
         });
         RgbImage::new(picture.width, picture.height, channels.collect())
     };
@@ -59,9 +53,5 @@ pub fn mean_flip(a: &Picture, b: &Picture, exposure: f64) -> Result<f64, InputEr
             count += 1.0;
         }
     }
-    if count > 0.0 {
-        Ok(sum / count)
-    } else {
-        Err(refused(FlipError::InvalidDimensions))
-    }
+    if count > 0.0 { Ok(sum / count) } else { Err(refused(FlipError::InvalidDimensions)) }
 }

@@ -53,11 +53,8 @@ pub fn picture_hash(picture: &Picture) -> u64 {
     for (rgb, &covered) in picture.rgb.iter().zip(&picture.covered) {
         hash = hash.write(&[u8::from(covered)]);
         for &channel in rgb {
-            let value = if channel.is_nan() {
-                f64::from_bits(0x7ff8_0000_0000_0000)
-            } else {
-                channel
-            };
+            let value =
+                if channel.is_nan() { f64::from_bits(0x7ff8_0000_0000_0000) } else { channel };
             hash = hash.write(&value.to_bits().to_le_bytes());
         }
     }

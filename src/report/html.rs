@@ -22,10 +22,7 @@ pub fn page(run: &Value, images: &[(String, Vec<u8>)]) -> String {
         String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
     out += &format!("<title>tapline: {}</title>\n", escape(&scene));
-    out += &format!(
-        "<style>\n{}</style>\n</head>\n<body>\n",
-        include_str!("html/page.css")
-    );
+    out += &format!("<style>\n{}</style>\n</head>\n<body>\n", include_str!("html/page.css"));
     out += &format!("<h1>tapline: {}</h1>\n", escape(&scene));
     out += &facts(run);
     out += &section("Ladder", &ladder(run));
@@ -36,10 +33,7 @@ pub fn page(run: &Value, images: &[(String, Vec<u8>)]) -> String {
     out += &section("Flags", &flags(run));
     out += &section("Skipped engines", &skipped(run));
     out += &unit(run);
-    out += &format!(
-        "<script>\n{}</script>\n</body>\n</html>\n",
-        include_str!("html/page.js")
-    );
+    out += &format!("<script>\n{}</script>\n</body>\n</html>\n", include_str!("html/page.js"));
     out
 }
 
@@ -53,11 +47,7 @@ fn section(title: &str, body: &str) -> String {
 /// Scene, size, unit, version and seed: what it takes to repeat the run.
 fn facts(run: &Value) -> String {
     let sides: Vec<String> = list(&run["size"]).iter().map(text).collect();
-    let size = if sides.is_empty() {
-        text(&run["size"])
-    } else {
-        sides.join(" × ")
-    };
+    let size = if sides.is_empty() { text(&run["size"]) } else { sides.join(" × ") };
     let facts = [
         ("scene", text(&run["scene"])),
         ("size", size),
@@ -74,9 +64,7 @@ fn facts(run: &Value) -> String {
 }
 
 fn ladder(run: &Value) -> String {
-    let with_flip = list(&run["pairs"])
-        .iter()
-        .any(|pair| pair["flip"].is_number());
+    let with_flip = list(&run["pairs"]).iter().any(|pair| pair["flip"].is_number());
     let mut columns: Vec<Column> = vec![
         ("pair", false),
         ("PSNR (dB)", true),
@@ -91,10 +79,7 @@ fn ladder(run: &Value) -> String {
     let rows = list(&run["pairs"]).iter().map(|pair| {
         let psnr = if pair["psnr_db"].is_null() {
             // Sorts above every finite figure.
-            Cell {
-                text: "identical".to_owned(),
-                value: Some(f64::MAX),
-            }
+            Cell { text: "identical".to_owned(), value: Some(f64::MAX) }
         } else {
             number(&pair["psnr_db"], 1.0)
         };
@@ -123,16 +108,10 @@ fn engines(run: &Value) -> String {
         ("probes/fragment", true),
     ];
     let rows = object(&run["engines"]).into_iter().map(|(name, engine)| {
-        let keys = [
-            "seconds",
-            "fragments_per_second",
-            "texels_per_fragment",
-            "probes_per_fragment",
-        ];
+        let keys =
+            ["seconds", "fragments_per_second", "texels_per_fragment", "probes_per_fragment"];
         let figures = keys.map(|key| number(&engine[key], 1.0));
-        std::iter::once(plain(name.clone()))
-            .chain(figures)
-            .collect()
+        std::iter::once(plain(name.clone())).chain(figures).collect()
     });
     table(&columns, rows, true)
 }
@@ -171,13 +150,7 @@ fn stages(run: &Value) -> String {
     ];
     let rows = list(&run["stages"]["registers"]).iter().map(|row| {
         let mut cells = vec![plain(text(&row["stage"])), plain(text(&row["register"]))];
-        let keys = [
-            "compared",
-            "worst_share",
-            "undecided",
-            "unbounded",
-            "unexplained",
-        ];
+        let keys = ["compared", "worst_share", "undecided", "unbounded", "unexplained"];
         cells.extend(keys.map(|key| number(&row[key], 1.0)));
         cells
     });
@@ -203,9 +176,7 @@ fn unit(run: &Value) -> String {
     if knobs.is_empty() {
         return String::new();
     }
-    let rows = knobs
-        .into_iter()
-        .map(|(path, value)| vec![plain(path), plain(value)]);
+    let rows = knobs.into_iter().map(|(path, value)| vec![plain(path), plain(value)]);
     let body = table(&[("path", false), ("value", false)], rows, true);
     format!("<details>\n<summary>Unit</summary>\n{body}</details>\n")
 }
@@ -259,20 +230,14 @@ fn viewer(shown: &[&(String, Vec<u8>)]) -> String {
         let options: String = options.collect();
         format!("<select data-part=\"{part}\">{options}</select>")
     };
-    let buttons = [
-        ("wipe", "Wipe"),
-        ("blink", "Blink"),
-        ("a", "Only A"),
-        ("b", "Only B"),
-    ];
+    let buttons = [("wipe", "Wipe"), ("blink", "Blink"), ("a", "Only A"), ("b", "Only B")];
     let buttons: String = buttons
         .map(|(mode, title)| {
             format!("<button type=\"button\" data-mode=\"{mode}\">{title}</button>\n")
         })
         .concat();
-    let zooms: String = [1, 2, 4, 8]
-        .map(|zoom| format!("<option value=\"{zoom}\">{zoom}×</option>"))
-        .concat();
+    let zooms: String =
+        [1, 2, 4, 8].map(|zoom| format!("<option value=\"{zoom}\">{zoom}×</option>")).concat();
     format!(
         "<section class=\"viewer\">\n<h2>Compare</h2>\n<div class=\"bar\">\n<label>A {}</label>\n<label>B {}</label>\n{buttons}\
          <label>Zoom <select data-part=\"zoom\">{zooms}</select></label>\n</div>\n\

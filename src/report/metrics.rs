@@ -90,11 +90,7 @@ impl Sums {
             signed: self.signed + next.signed,
             relative: self.relative + next.relative,
             worst: if worse { next.worst } else { self.worst },
-            worst_pixel: if worse {
-                next.worst_pixel
-            } else {
-                self.worst_pixel
-            },
+            worst_pixel: if worse { next.worst_pixel } else { self.worst_pixel },
         }
     }
 }
@@ -183,11 +179,7 @@ fn pixel(
         sums.magnitude += difference.abs();
         sums.signed += difference;
         let relative = linear * linear / (q * q + RELATIVE_FLOOR);
-        sums.relative += if relative.is_finite() {
-            relative
-        } else {
-            f64::MAX
-        };
+        sums.relative += if relative.is_finite() { relative } else { f64::MAX };
     }
     if sums.fragments == 0 || worst > sums.worst {
         sums.worst = worst;
@@ -213,9 +205,7 @@ impl Show {
     /// `exposure` is not within ±64.
     pub fn new(exposure: f64) -> Result<Self, InputError> {
         if (-64.0..=64.0).contains(&exposure) {
-            Ok(Self {
-                scale: libm::exp2(exposure),
-            })
+            Ok(Self { scale: libm::exp2(exposure) })
         } else {
             Err(InputError::new(
                 "--exposure",
@@ -251,10 +241,7 @@ pub fn same_size(a: &Picture, b: &Picture) -> Result<(), InputError> {
     }
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "counts of pixels are far below 2^53"
-)]
+#[expect(clippy::cast_precision_loss, reason = "counts of pixels are far below 2^53")]
 fn as_f64(count: usize) -> f64 {
     count as f64
 }

@@ -31,12 +31,9 @@ const RIGHT: usize = 20;
 
 /// Decades that hold all values.
 fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let logs = values
-        .filter(|x| *x > 0.0 && x.is_finite())
-        .map(libm::log10);
-    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-        (l.min(x), h.max(x))
-    });
+    let logs = values.filter(|x| *x > 0.0 && x.is_finite()).map(libm::log10);
+    let (low, high) =
+        logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     if low > high {
         return [0.0, 1.0];
     }
@@ -57,10 +54,8 @@ pub fn log_log(
     picture.rgb.fill([1.0; 3]);
     let all = || curves.iter().flat_map(|c| &c.points);
     let (xs, ys) = (decades(all().map(|p| p[0])), decades(all().map(|p| p[1])));
-    let inner = [
-        width.saturating_sub(LEFT + RIGHT).max(1),
-        height.saturating_sub(TOP + BOTTOM).max(1),
-    ];
+    let inner =
+        [width.saturating_sub(LEFT + RIGHT).max(1), height.saturating_sub(TOP + BOTTOM).max(1)];
     let place = |log: f64, [low, high]: [f64; 2], pixels: usize| {
         let share = ((log - low) / (high - low)).clamp(0.0, 1.0);
         #[expect(
@@ -92,13 +87,7 @@ pub fn log_log(
     let mut at = ys[0];
     while at <= ys[1] {
         fill(&mut picture, (LEFT, row(at)), (inner[0], 1), grey);
-        draw_text(
-            &mut picture,
-            (28, row(at).saturating_sub(3)),
-            &format!("1E{at:.0}"),
-            1,
-            ink,
-        );
+        draw_text(&mut picture, (28, row(at).saturating_sub(3)), &format!("1E{at:.0}"), 1, ink);
         at += step(ys);
     }
     draw_text(&mut picture, (LEFT, 10), title, 1, ink);
@@ -111,12 +100,7 @@ pub fn log_log(
                 for i in 0..=64 {
                     let t = f64::from(i) / 64.0;
                     let (x, y) = (a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t);
-                    fill(
-                        &mut picture,
-                        (column(x), row(y).saturating_sub(1)),
-                        (1, 2),
-                        curve.color,
-                    );
+                    fill(&mut picture, (column(x), row(y).saturating_sub(1)), (1, 2), curve.color);
                 }
             }
             last = here;

@@ -56,9 +56,8 @@ impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lines = || std::iter::once(&self.header).chain(&self.rows);
         let width = |column: usize| lines().map(|row| row[column].chars().count()).max();
-        let widths: Vec<usize> = (0..self.header.len())
-            .map(|column| width(column).unwrap_or(0))
-            .collect();
+        let widths: Vec<usize> =
+            (0..self.header.len()).map(|column| width(column).unwrap_or(0)).collect();
         for row in lines() {
             let mut line = String::new();
             for ((cell, &width), align) in row.iter().zip(&widths).zip(&self.align) {
@@ -103,9 +102,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits - 1);
     let exponent = text.rsplit('e').next().and_then(|e| e.parse::<i32>().ok());
     let digits = i32::try_from(digits).unwrap_or(i32::MAX);
-    let decimals = digits
-        .saturating_sub(1)
-        .saturating_sub(exponent.unwrap_or(0));
+    let decimals = digits.saturating_sub(1).saturating_sub(exponent.unwrap_or(0));
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
@@ -176,12 +173,7 @@ mod tests {
 
     #[test]
     fn counts_are_grouped_by_three() {
-        for (value, text) in [
-            (0, "0"),
-            (999, "999"),
-            (1000, "1 000"),
-            (1_048_576, "1 048 576"),
-        ] {
+        for (value, text) in [(0, "0"), (999, "999"), (1000, "1 000"), (1_048_576, "1 048 576")] {
             assert_eq!(count(value), text);
         }
     }

@@ -79,23 +79,15 @@ impl BumpMap {
     /// A size of zero, or a number of values that is not width × height.
     pub fn new(source: &BumpSource) -> Result<Self, InputError> {
         match source {
-            BumpSource::Height {
-                width,
-                height,
-                values,
-                scale,
-                difference,
-            } => Self::from_height_by(*width, *height, values, *scale, *difference),
-            BumpSource::Normals {
-                width,
-                height,
-                values,
-            } => Self::from_normals(*width, *height, values),
-            BumpSource::Offsets {
-                width,
-                height,
-                values,
-            } => Self::from_offsets(*width, *height, values),
+            BumpSource::Height { width, height, values, scale, difference } => {
+                Self::from_height_by(*width, *height, values, *scale, *difference)
+            }
+            BumpSource::Normals { width, height, values } => {
+                Self::from_normals(*width, *height, values)
+            }
+            BumpSource::Offsets { width, height, values } => {
+                Self::from_offsets(*width, *height, values)
+            }
         }
     }
 
@@ -137,17 +129,13 @@ impl BumpMap {
             let (left, right) = ((x + width - 1) % width, (x + 1) % width);
             let (above, below) = ((y + height - 1) % height, (y + 1) % height);
             let (dx, dy) = match difference {
-                Difference::Central => (
-                    (at(right, y) - at(left, y)) / 2.0,
-                    (at(x, below) - at(x, above)) / 2.0,
-                ),
+                Difference::Central => {
+                    ((at(right, y) - at(left, y)) / 2.0, (at(x, below) - at(x, above)) / 2.0)
+                }
                 Difference::Sobel => {
                     let column = |c| at(c, above) + 2.0 * at(c, y) + at(c, below);
                     let row = |r| at(left, r) + 2.0 * at(x, r) + at(right, r);
-                    (
-                        (column(right) - column(left)) / 8.0,
-                        (row(below) - row(above)) / 8.0,
-                    )
+                    ((column(right) - column(left)) / 8.0, (row(below) - row(above)) / 8.0)
                 }
             };
             [-scale * dx, scale * dy]
@@ -193,9 +181,7 @@ impl BumpMap {
         values: &[[f32; 2]],
     ) -> Result<Self, InputError> {
         check_size(width, height, values.len())?;
-        Ok(Self::build(width, height, |x, y| {
-            values[y * width + x].map(f64::from)
-        }))
+        Ok(Self::build(width, height, |x, y| values[y * width + x].map(f64::from)))
     }
 
     /// Evaluates, cleans and rounds every texel.
@@ -211,21 +197,12 @@ impl BumpMap {
                 } else {
                     cleaned += 1;
                     let shorter = [b1 / length * MAX_OFFSET, b2 / length * MAX_OFFSET];
-                    if shorter.iter().all(|c| c.is_finite()) {
-                        shorter
-                    } else {
-                        [0.0; 2]
-                    }
+                    if shorter.iter().all(|c| c.is_finite()) { shorter } else { [0.0; 2] }
                 };
                 offsets.push(kept.map(narrow));
             }
         }
-        Self {
-            width,
-            height,
-            offsets,
-            cleaned,
-        }
+        Self { width, height, offsets, cleaned }
     }
 
     /// Columns.
@@ -298,19 +275,12 @@ impl Taps {
         let place = fraction * size as f64 + 0.5;
         let whole = place.floor();
         let index = whole as usize + size - 1;
-        Self {
-            first: index % size,
-            second: (index + 1) % size,
-            weight: place - whole,
-        }
+        Self { first: index % size, second: (index + 1) % size, weight: place - whole }
     }
 }
 
 /// Rounds to single; the values are at most [`MAX_OFFSET`] long.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to single is meant"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
 fn narrow(value: f64) -> f32 {
     value as f32
 }
@@ -329,10 +299,7 @@ fn check_size(width: usize, height: usize, values: usize) -> Result<(), InputErr
 }
 
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    reason = "where bits must be equal, that is what is tested"
-)]
+#[expect(clippy::float_cmp, reason = "where bits must be equal, that is what is tested")]
 mod tests {
     use super::*;
 
@@ -341,9 +308,8 @@ mod tests {
         // Height grows by 0.25 a column and 0.5 a row; b1 is against the columns, b2 with the rows,
         // because e2 points against the rows. Powers of two: exact.
         let (width, height) = (8, 6);
-        let values: Vec<f32> = (0..48u8)
-            .map(|i| 0.25 * f32::from(i % 8) + 0.5 * f32::from(i / 8))
-            .collect();
+        let values: Vec<f32> =
+            (0..48u8).map(|i| 0.25 * f32::from(i % 8) + 0.5 * f32::from(i / 8)).collect();
         for difference in [Difference::Central, Difference::Sobel] {
             let map = BumpMap::from_height_by(width, height, &values, 2.0, difference).unwrap();
             for (x, y) in [(2, 2), (5, 3), (3, 4)] {
@@ -379,14 +345,7 @@ mod tests {
             [0.1, 0.0, 1.0],
         ];
         let map = BumpMap::from_normals(7, 1, &normals).unwrap();
-        let expected = [
-            [15.0, 0.0],
-            [0.0, 15.0],
-            [-15.0, 0.0],
-            [0.0, 0.0],
-            [0.0, 0.0],
-            [0.0, 0.0],
-        ];
+        let expected = [[15.0, 0.0], [0.0, 15.0], [-15.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]];
         for (x, b) in expected.into_iter().enumerate() {
             assert_eq!(map.texel(x, 0), b, "texel {x}");
         }
@@ -395,9 +354,8 @@ mod tests {
 
     #[test]
     fn the_bilinear_map_meets_texel_centres_and_repeats() {
-        let values: Vec<[f32; 2]> = (0..15u8)
-            .map(|i| [f32::from(i), -f32::from(i * i) / 16.0])
-            .collect();
+        let values: Vec<[f32; 2]> =
+            (0..15u8).map(|i| [f32::from(i), -f32::from(i * i) / 16.0]).collect();
         let map = BumpMap::from_offsets(5, 3, &values).unwrap();
         for y in 0..3u8 {
             for x in 0..5u8 {
@@ -413,10 +371,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(
-            map.bilinear(f64::NAN, f64::INFINITY),
-            map.bilinear(0.0, 0.0)
-        );
+        assert_eq!(map.bilinear(f64::NAN, f64::INFINITY), map.bilinear(0.0, 0.0));
     }
 
     #[test]

@@ -28,10 +28,7 @@ fn fraction(value: u64) -> f64 {
 
 /// A map from numbers made here, which always fill it.
 fn from_heights(heights: &[f64]) -> BumpMap {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "rounding to single is meant"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
     let values: Vec<f32> = heights.iter().map(|h| *h as f32).collect();
     match BumpMap::from_height(SIZE, SIZE, &values, 1.0) {
         Ok(map) => map,
@@ -115,28 +112,25 @@ fn brush(heights: &mut [f64]) {
         ([720.0, 620.0], [180.0, 260.0], 1.1, 0.5),
         ([180.0, 820.0], [140.0, 140.0], 2.4, 1.4),
     ];
-    heights
-        .par_chunks_mut(SIZE)
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (x, height) in row.iter_mut().enumerate() {
-                for (key, (centre, half, angle, strength)) in (0u64..).zip(areas) {
-                    // The nearest repetition of the area.
-                    let near = |p: usize, c: f64| {
-                        let d = p as f64 - c;
-                        d - SIDE * (d / SIDE + 0.5).floor()
-                    };
-                    let (dx, dy) = (near(x, centre[0]), near(y, centre[1]));
-                    let (u, v) = (dx / half[0], dy / half[1]);
-                    let window = (1.0 - (u * u + v * v)).max(0.0);
-                    if window > 0.0 {
-                        let (c, s) = (libm::cos(angle), libm::sin(angle));
-                        let noise = streaks((dx * c + dy * s) / 90.0, (dy * c - dx * s) / 2.0, key);
-                        *height += strength * window.min(0.3) / 0.3 * (noise - 0.5);
-                    }
+    heights.par_chunks_mut(SIZE).enumerate().for_each(|(y, row)| {
+        for (x, height) in row.iter_mut().enumerate() {
+            for (key, (centre, half, angle, strength)) in (0u64..).zip(areas) {
+                // The nearest repetition of the area.
+                let near = |p: usize, c: f64| {
+                    let d = p as f64 - c;
+                    d - SIDE * (d / SIDE + 0.5).floor()
+                };
+                let (dx, dy) = (near(x, centre[0]), near(y, centre[1]));
+                let (u, v) = (dx / half[0], dy / half[1]);
+                let window = (1.0 - (u * u + v * v)).max(0.0);
+                if window > 0.0 {
+                    let (c, s) = (libm::cos(angle), libm::sin(angle));
+                    let noise = streaks((dx * c + dy * s) / 90.0, (dy * c - dx * s) / 2.0, key);
+                    *height += strength * window.min(0.3) / 0.3 * (noise - 0.5);
                 }
             }
-        });
+        }
+    });
 }
 
 /// Bilinear value noise in 0…1.
@@ -189,10 +183,7 @@ pub fn waves() -> BumpMap {
             waves.push((k, [slope * kx / size, -slope * ky / size], sines));
         }
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "rounding to single is meant"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
     let values: Vec<[f32; 2]> = (0..SIZE * SIZE)
         .into_par_iter()
         .map(|index| {

@@ -57,22 +57,14 @@ pub struct Dual {
 impl Add for Dual {
     type Output = Self;
     fn add(self, o: Self) -> Self {
-        Self {
-            value: self.value + o.value,
-            dx: self.dx + o.dx,
-            dy: self.dy + o.dy,
-        }
+        Self { value: self.value + o.value, dx: self.dx + o.dx, dy: self.dy + o.dy }
     }
 }
 
 impl Sub for Dual {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
-        Self {
-            value: self.value - o.value,
-            dx: self.dx - o.dx,
-            dy: self.dy - o.dy,
-        }
+        Self { value: self.value - o.value, dx: self.dx - o.dx, dy: self.dy - o.dy }
     }
 }
 
@@ -102,32 +94,20 @@ impl Div for Dual {
 impl Neg for Dual {
     type Output = Self;
     fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            dx: -self.dx,
-            dy: -self.dy,
-        }
+        Self { value: -self.value, dx: -self.dx, dy: -self.dy }
     }
 }
 
 impl Scalar for Dual {
     fn constant(value: f64) -> Self {
-        Self {
-            value,
-            dx: 0.0,
-            dy: 0.0,
-        }
+        Self { value, dx: 0.0, dy: 0.0 }
     }
     fn value(self) -> f64 {
         self.value
     }
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
-        Self {
-            value,
-            dx: self.dx / (2.0 * value),
-            dy: self.dy / (2.0 * value),
-        }
+        Self { value, dx: self.dx / (2.0 * value), dy: self.dy / (2.0 * value) }
     }
     fn atan2(self, o: Self) -> Self {
         let square = self.value * self.value + o.value * o.value;
@@ -141,11 +121,7 @@ impl Scalar for Dual {
     fn acos(self) -> Self {
         let c = self.value.clamp(-1.0, 1.0);
         let slope = -1.0 / (1.0 - c * c).sqrt();
-        Self {
-            value: libm::acos(c),
-            dx: slope * self.dx,
-            dy: slope * self.dy,
-        }
+        Self { value: libm::acos(c), dx: slope * self.dx, dy: slope * self.dy }
     }
 }
 
@@ -176,9 +152,5 @@ pub fn difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
 
 /// a × b.
 pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

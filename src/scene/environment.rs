@@ -21,15 +21,10 @@ pub fn procedural(face_size: usize) -> CubeLevel {
         .into_par_iter()
         .map(|row| {
             let (face, y) = (row / face_size, row % face_size);
-            (0..face_size)
-                .map(|x| texel(face_size, face, x, y))
-                .collect()
+            (0..face_size).map(|x| texel(face_size, face, x, y)).collect()
         })
         .collect();
-    CubeLevel {
-        size: face_size,
-        texels: rows.concat(),
-    }
+    CubeLevel { size: face_size, texels: rows.concat() }
 }
 
 /// The mean of the texel's samples, each at the centre of its sub-texel.
@@ -51,10 +46,7 @@ fn texel(size: usize, face: usize, x: usize, y: usize) -> [f32; 3] {
 }
 
 /// Rounds to single; radiance is between 0 and about 310.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to single is meant"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
 fn narrow(value: f64) -> f32 {
     value as f32
 }
@@ -109,24 +101,12 @@ fn ground(d: [f64; 3]) -> [f64; 3] {
     };
     let odd = |c: f64| (c / size).floor().rem_euclid(2.0) >= 1.0;
     let bright = odd(x) != odd(z);
-    let colour = if bright {
-        [0.75, 0.70, 0.60]
-    } else {
-        [0.06, 0.10, 0.07]
-    };
+    let colour = if bright { [0.75, 0.70, 0.60] } else { [0.06, 0.10, 0.07] };
     // Rings one unit apart, and the two axes: thin lines.
     let ring = (distance - (distance + 0.5).floor()).abs() < 0.012 && distance > 0.5;
     let axis = x.abs() < 0.015 || z.abs() < 0.015;
-    let colour = if ring || axis {
-        [0.85, 0.12, 0.05]
-    } else {
-        colour
-    };
-    mix(
-        colour,
-        HAZE,
-        1.0 - 1.0 / (1.0 + distance * distance / 400.0),
-    )
+    let colour = if ring || axis { [0.85, 0.12, 0.05] } else { colour };
+    mix(colour, HAZE, 1.0 - 1.0 / (1.0 + distance * distance / 400.0))
 }
 
 /// Sectors of towers around the horizon.
@@ -152,11 +132,7 @@ fn tower(d: [f64; 3]) -> Option<[f64; 3]> {
     let wall = mix([0.22, 0.13, 0.10], [0.34, 0.36, 0.40], hash(sector, 2.0));
     if inside(column) && inside(floor) {
         let lit = hash(sector * 64.0 + column.floor(), 3.0 + floor.floor()) > 0.7;
-        Some(if lit {
-            [2.5, 1.9, 0.9]
-        } else {
-            [0.04, 0.05, 0.07]
-        })
+        Some(if lit { [2.5, 1.9, 0.9] } else { [0.04, 0.05, 0.07] })
     } else {
         Some(wall)
     }
@@ -181,27 +157,13 @@ fn hash(a: f64, b: f64) -> f64 {
 
 /// Letters five columns wide and seven rows high, the leftmost column in the highest of five bits.
 const LETTERS: [[u8; 7]; 7] = [
-    [
-        0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100,
-    ], // T
-    [
-        0b01110, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001,
-    ], // A
-    [
-        0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000,
-    ], // P
-    [
-        0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b11111,
-    ], // L
-    [
-        0b01110, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110,
-    ], // I
-    [
-        0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001,
-    ], // N
-    [
-        0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111,
-    ], // E
+    [0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100], // T
+    [0b01110, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001], // A
+    [0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000], // P
+    [0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b10000, 0b11111], // L
+    [0b01110, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110], // I
+    [0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001], // N
+    [0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111], // E
 ];
 
 /// Two boards at z = ±1, 1.1 wide and 0.25 high, standing above the horizon.

@@ -132,13 +132,7 @@ pub struct SceneOptions {
 
 impl Default for SceneOptions {
     fn default() -> Self {
-        Self {
-            width: DEFAULT_SIZE,
-            height: DEFAULT_SIZE,
-            face_size: None,
-            bump: None,
-            mesh: None,
-        }
+        Self { width: DEFAULT_SIZE, height: DEFAULT_SIZE, face_size: None, bump: None, mesh: None }
     }
 }
 
@@ -165,11 +159,7 @@ impl Scene {
     /// The stages that this scene needs: with a bump map those of roughness, too.
     #[must_use]
     pub fn stages(&self) -> &'static [Stage] {
-        if self.surface.pyramid.is_some() {
-            BUMPY
-        } else {
-            SMOOTH
-        }
+        if self.surface.pyramid.is_some() { BUMPY } else { SMOOTH }
     }
 
     /// Level 0 of the procedural environment.
@@ -182,9 +172,7 @@ impl Scene {
     /// there is no fragment. Not normalised.
     #[must_use]
     pub fn background(&self, column: usize, row: usize) -> [f64; 3] {
-        self.surface
-            .camera
-            .ray(column as f64 + 0.5, row as f64 + 0.5)
+        self.surface.camera.ray(column as f64 + 0.5, row as f64 + 0.5)
     }
 }
 
@@ -225,18 +213,7 @@ impl Surface {
     /// The unit's input at an image position; `None` where the surface is missed.
     #[must_use]
     pub fn fragment(&self, px: f64, py: f64) -> Option<Fragment> {
-        let (dx, dy) = (
-            Dual {
-                value: px,
-                dx: 1.0,
-                dy: 0.0,
-            },
-            Dual {
-                value: py,
-                dx: 0.0,
-                dy: 1.0,
-            },
-        );
+        let (dx, dy) = (Dual { value: px, dx: 1.0, dy: 0.0 }, Dual { value: py, dx: 0.0, dy: 1.0 });
         let ray = self.camera.ray(dx, dy);
         let hit = self.shape.hit(ray, self.pyramid.is_some())?;
         let n = hit.n.map(|c| c.value);
@@ -284,11 +261,7 @@ pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     let mut side = cross(h, n);
     let mut square = dual::dot(side, side);
     if square <= 0.0 {
-        let other = if n[0].abs() < n[1].abs() {
-            [1.0, 0.0, 0.0]
-        } else {
-            [0.0, 1.0, 0.0]
-        };
+        let other = if n[0].abs() < n[1].abs() { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
         side = cross(other, n);
         square = dual::dot(side, side);
     }
@@ -347,21 +320,9 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         notes.extend(note);
         shape = Shape::Mesh(Arc::new(mesh));
     }
-    let surface = Surface {
-        camera,
-        shape,
-        pyramid,
-    };
+    let surface = Surface { camera, shape, pyramid };
     let fragments = fragments(&surface, width, height);
-    Ok(Scene {
-        info,
-        width,
-        height,
-        face_size,
-        fragments,
-        surface,
-        notes,
-    })
+    Ok(Scene { info, width, height, face_size, fragments, surface, notes })
 }
 
 /// The mesh that takes the place of a scene's ball, and what is to be said about it.
@@ -385,11 +346,7 @@ fn mesh_for(
         return Err(InputError::new(
             subject,
             "texture coordinates at every corner, for --bump",
-            format!(
-                "{} of {} triangles without",
-                mesh.untextured(),
-                mesh.triangles().len()
-            ),
+            format!("{} of {} triangles without", mesh.untextured(), mesh.triangles().len()),
             "leave --bump out or export the mesh with texture coordinates",
         ));
     }

@@ -131,10 +131,7 @@ fn moments(map: &BumpMap, columns: &[Piece], rows: &[Piece], curvature: Curvatur
             let slope = |products: [f64; 2], spread: f64| {
                 products.map(|p| if spread > 0.0 { p / spread } else { 0.0 })
             };
-            [
-                slope([x1, x2], spread(columns)),
-                slope([y1, y2], spread(rows)),
-            ]
+            [slope([x1, x2], spread(columns)), slope([y1, y2], spread(rows))]
         }
     };
     let covariance = total(columns, rows, |c, r| {
@@ -142,9 +139,5 @@ fn moments(map: &BumpMap, columns: &[Piece], rows: &[Piece], curvature: Curvatur
         let [b1, b2] = [0, 1].map(|i| b[i] - (trend[0][i] * c.offset + trend[1][i] * r.offset));
         [b1 * b1, b1 * b2, b2 * b2]
     });
-    Moments {
-        mean,
-        covariance,
-        trend,
-    }
+    Moments { mean, covariance, trend }
 }

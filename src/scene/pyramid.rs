@@ -51,20 +51,10 @@ impl Pyramid {
         let count = width.max(height).ilog2();
         let above = (1..=count)
             .map(|level| {
-                build_level(
-                    &map,
-                    (width >> level).max(1),
-                    (height >> level).max(1),
-                    curvature,
-                )
+                build_level(&map, (width >> level).max(1), (height >> level).max(1), curvature)
             })
             .collect();
-        Self {
-            map,
-            above,
-            curvature,
-            interpolation,
-        }
+        Self { map, above, curvature, interpolation }
     }
 
     /// The bump map.
@@ -102,22 +92,12 @@ impl Pyramid {
                 let (w, h) = (self.map.width(), self.map.height());
                 let half = |a: [f64; 2], b: [f64; 2]| [(a[0] - b[0]) / 2.0, (a[1] - b[1]) / 2.0];
                 [
-                    half(
-                        self.map.texel((x + 1) % w, y),
-                        self.map.texel((x + w - 1) % w, y),
-                    ),
-                    half(
-                        self.map.texel(x, (y + 1) % h),
-                        self.map.texel(x, (y + h - 1) % h),
-                    ),
+                    half(self.map.texel((x + 1) % w, y), self.map.texel((x + w - 1) % w, y)),
+                    half(self.map.texel(x, (y + 1) % h), self.map.texel(x, (y + h - 1) % h)),
                 ]
             }
         };
-        Moments {
-            mean: self.map.texel(x, y),
-            covariance: [0.0; 3],
-            trend,
-        }
+        Moments { mean: self.map.texel(x, y), covariance: [0.0; 3], trend }
     }
 
     /// Variance of the position inside a texel along columns and rows, in square texels of level 0.
@@ -143,11 +123,7 @@ impl Pyramid {
         let longer = square(st_dx).max(square(st_dy));
         let top = self.above.len() as f64;
         // Also 0 for derivatives that are zero or not numbers.
-        if longer > 1.0 {
-            (libm::log2(longer) / 2.0).min(top)
-        } else {
-            0.0
-        }
+        if longer > 1.0 { (libm::log2(longer) / 2.0).min(top) } else { 0.0 }
     }
 
     /// Trilinear look-up at (s, t), repeating.
@@ -185,11 +161,7 @@ impl Pyramid {
             RoughnessInterpolation::Moments => factors(mixture(&taps, bump, slope)),
         };
         let (w, h) = (self.map.width() as f64, self.map.height() as f64);
-        Filtered {
-            bump,
-            rough,
-            slope: [slope[0].map(|g| g * w), slope[1].map(|g| g * h)],
-        }
+        Filtered { bump, rough, slope: [slope[0].map(|g| g * w), slope[1].map(|g| g * h)] }
     }
 
     /// The eight taps of a trilinear look-up; their weights sum to 1 but for rounding.
@@ -202,21 +174,15 @@ impl Pyramid {
         let next = (level + 1).min(self.levels() - 1);
         let (w, h) = (self.map.width() as f64, self.map.height() as f64);
         let mut taps = [Tap::NONE; 8];
-        for (four, (level, share)) in taps
-            .chunks_exact_mut(4)
-            .zip([(level, 1.0 - between), (next, between)])
+        for (four, (level, share)) in
+            taps.chunks_exact_mut(4).zip([(level, 1.0 - between), (next, between)])
         {
             let [width, height] = self.size(level);
             let (x, y) = (Taps::new(s, width), Taps::new(t, height));
             let (step_x, step_y) = (w / width as f64, h / height as f64);
-            let columns = [
-                (x.first, 1.0 - x.weight, -x.weight),
-                (x.second, x.weight, 1.0 - x.weight),
-            ];
-            let rows = [
-                (y.first, 1.0 - y.weight, -y.weight),
-                (y.second, y.weight, 1.0 - y.weight),
-            ];
+            let columns =
+                [(x.first, 1.0 - x.weight, -x.weight), (x.second, x.weight, 1.0 - x.weight)];
+            let rows = [(y.first, 1.0 - y.weight, -y.weight), (y.second, y.weight, 1.0 - y.weight)];
             for (slot, tap) in four.iter_mut().enumerate() {
                 let (column, weight_x, from_x) = columns[slot % 2];
                 let (row, weight_y, from_y) = rows[slot / 2];
@@ -248,11 +214,7 @@ impl Tap {
         weight: 0.0,
         offset: [0.0; 2],
         spread: [0.0; 2],
-        moments: Moments {
-            mean: [0.0; 2],
-            covariance: [0.0; 3],
-            trend: [[0.0; 2]; 2],
-        },
+        moments: Moments { mean: [0.0; 2], covariance: [0.0; 3], trend: [[0.0; 2]; 2] },
     };
 }
 
@@ -273,11 +235,7 @@ fn plane(taps: &[Tap; 8], bump: [f64; 2]) -> [[f64; 2]; 2] {
             }
         }
         // On the centre of a texel of level 0 nothing is spread: the neighbours' difference stands.
-        if spread > 0.0 {
-            products.map(|p| p / spread)
-        } else {
-            mean_trend
-        }
+        if spread > 0.0 { products.map(|p| p / spread) } else { mean_trend }
     })
 }
 

@@ -46,10 +46,7 @@ impl Camera {
     pub fn ray<S: Scalar>(&self, px: S, py: S) -> [S; 3] {
         let x = px - S::constant(self.centre[0]);
         let y = py - S::constant(self.centre[1]);
-        let plane = sum(
-            scaled(constants(self.right), x),
-            scaled(constants(self.down), y),
-        );
+        let plane = sum(scaled(constants(self.right), x), scaled(constants(self.down), y));
         sum(plane, self.forward.map(|c| S::constant(c * self.focal)))
     }
 }
@@ -157,19 +154,10 @@ impl Shape {
     pub fn hit<S: Scalar>(&self, ray: [S; 3], textured: bool) -> Option<Hit<S>> {
         let zero = [S::constant(0.0); 2];
         let h = self.main_direction();
-        let hit = |n: [S; 3], st: [S; 2]| Hit {
-            n,
-            st,
-            h,
-            mirrored: false,
-        };
+        let hit = |n: [S; 3], st: [S; 2]| Hit { n, st, h, mirrored: false };
         match *self {
             Self::Mesh(ref mesh) => on_mesh(mesh, ray, textured),
-            Self::Sphere {
-                centre,
-                radius,
-                repeats,
-            } => {
+            Self::Sphere { centre, radius, repeats } => {
                 let c = constants(centre);
                 let n = difference(scaled(ray, ball(ray, c, radius)?), c);
                 let st = if textured {
@@ -182,13 +170,7 @@ impl Shape {
                 };
                 Some(hit(n, st))
             }
-            Self::Cylinder {
-                centre,
-                axis,
-                radius,
-                across,
-                repeats,
-            } => {
+            Self::Cylinder { centre, axis, radius, across, repeats } => {
                 let a = constants(axis);
                 let c = constants(centre);
                 let flat = |p: [S; 3]| difference(p, scaled(a, dot(p, a)));
@@ -208,14 +190,7 @@ impl Shape {
                 };
                 Some(hit(n, st))
             }
-            Self::Parabola {
-                axis,
-                length,
-                aim,
-                across,
-                aperture,
-                tile,
-            } => {
+            Self::Parabola { axis, length, aim, across, aperture, tile } => {
                 let a = constants(axis);
                 let norm = dot(ray, ray).sqrt();
                 let open = norm - dot(ray, a);
@@ -225,18 +200,9 @@ impl Shape {
                 let n = difference(scaled(a, norm), ray);
                 Some(hit(n, st))
             }
-            Self::Plate {
-                middle,
-                normal,
-                across,
-                radius,
-                aperture,
-                tile,
-            } => {
-                let c = difference(
-                    constants(middle),
-                    scaled(constants(normal), S::constant(radius)),
-                );
+            Self::Plate { middle, normal, across, radius, aperture, tile } => {
+                let c =
+                    difference(constants(middle), scaled(constants(normal), S::constant(radius)));
                 let point = scaled(ray, ball(ray, c, radius)?);
                 let st = outline(point, middle, across, aperture, tile)?;
                 let n = scaled(difference(point, c), S::constant(1.0 / radius));
@@ -267,18 +233,9 @@ fn on_mesh<S: Scalar>(mesh: &Mesh, ray: [S; 3], textured: bool) -> Option<Hit<S>
     let n = sum(sum(scaled(na, a), scaled(nb, b)), scaled(nc, c));
     // The side that the eye sees.
     let side = triangle.plane_normal();
-    let n = if dot(side, ray.map(S::value)) > 0.0 {
-        n.map(|c| -c)
-    } else {
-        n
-    };
+    let n = if dot(side, ray.map(S::value)) > 0.0 { n.map(|c| -c) } else { n };
     if !textured {
-        return Some(Hit {
-            n,
-            st: [S::constant(0.0); 2],
-            h: [0.0; 3],
-            mirrored: false,
-        });
+        return Some(Hit { n, st: [S::constant(0.0); 2], h: [0.0; 3], mirrored: false });
     }
     let [ta, tb, tc] = triangle.texcoords;
     let st =

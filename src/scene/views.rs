@@ -71,10 +71,7 @@ pub(super) fn view(name: &str, width: usize, height: usize) -> (Camera, Shape) {
         // The camera looks down by the angle of 7-24-25.
         _ => (
             Camera::tilted(width, height, 0.9 * side, 0.28, 0.96),
-            Shape::Water {
-                depth: 1.0,
-                tile: 4.0,
-            },
+            Shape::Water { depth: 1.0, tile: 4.0 },
         ),
     }
 }

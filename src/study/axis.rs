@@ -54,16 +54,9 @@ impl Axis {
             return Err(r.at(offset, "path", "a path of the unit, or several", "none"));
         }
         let kinds = ["list", "range", "grid", "random"];
-        let given: Vec<&str> = kinds
-            .into_iter()
-            .filter(|k| table.contains_key(*k))
-            .collect();
+        let given: Vec<&str> = kinds.into_iter().filter(|k| table.contains_key(*k)).collect();
         let [kind] = given.as_slice() else {
-            let found = if given.is_empty() {
-                "none".into()
-            } else {
-                given.join(" and ")
-            };
+            let found = if given.is_empty() { "none".into() } else { given.join(" and ") };
             return Err(r.at(offset, "axis", "one of list, range, grid, random", found));
         };
         let values = match *kind {
@@ -84,9 +77,7 @@ impl Axis {
                 let values = span(r, range, at, kind)?;
                 let ends = match &values {
                     Values::Listed(listed) => listed.clone(),
-                    Values::Drawn {
-                        from, to, whole, ..
-                    } => {
+                    Values::Drawn { from, to, whole, .. } => {
                         vec![number(*from, *whole), number(*to, *whole)]
                     }
                 };
@@ -96,11 +87,7 @@ impl Axis {
                 values
             }
         };
-        Ok(Self {
-            paths: paths.into_iter().map(|(path, _)| path).collect(),
-            values,
-            offset,
-        })
+        Ok(Self { paths: paths.into_iter().map(|(path, _)| path).collect(), values, offset })
     }
 
     /// Values outside of the random mode.
@@ -135,20 +122,11 @@ impl Axis {
                 let index = random.index(values.len());
                 values.get(index).cloned().unwrap_or(Value::Integer(0))
             }
-            Values::Drawn {
-                from, to, whole, ..
-            } => {
+            Values::Drawn { from, to, whole, .. } => {
                 // One more than the last whole number, so that all are equally likely.
                 let width = to - from + if *whole { 1.0 } else { 0.0 };
                 let drawn = from + random.unit() * width;
-                number(
-                    if *whole {
-                        drawn.floor().min(*to)
-                    } else {
-                        drawn
-                    },
-                    *whole,
-                )
+                number(if *whole { drawn.floor().min(*to) } else { drawn }, *whole)
             }
         }
     }
@@ -174,10 +152,7 @@ fn try_on(
 
 fn number(x: f64, whole: bool) -> Value {
     if whole {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "a whole number within ±2^31"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "a whole number within ±2^31")]
         Value::Integer(x as i64)
     } else {
         Value::Float(x)
@@ -191,11 +166,8 @@ fn span(
     offset: usize,
     kind: &str,
 ) -> Result<Values, InputError> {
-    let keys: &[&str] = if kind == "range" {
-        &["from", "to", "step", "factor"]
-    } else {
-        &["from", "to", "count"]
-    };
+    let keys: &[&str] =
+        if kind == "range" { &["from", "to", "step", "factor"] } else { &["from", "to", "count"] };
     r.only(table, keys)?;
     let limit = f64::from(i32::MAX);
     let needed = |key: &str| {
@@ -208,22 +180,13 @@ fn span(
     }
     let is_whole = |x: f64| x.fract() == 0.0;
     let written_whole = |key: &str| {
-        let value = table
-            .get(key)
-            .and_then(|v| crate::unit::file::convert(v.get_ref()));
+        let value = table.get(key).and_then(|v| crate::unit::file::convert(v.get_ref()));
         matches!(value, None | Some(Value::Integer(_)))
     };
-    let whole = ["from", "to", "step", "factor"]
-        .iter()
-        .all(|key| written_whole(key));
+    let whole = ["from", "to", "step", "factor"].iter().all(|key| written_whole(key));
     let count = r.whole(table, "count", 1, MOST_VALUES)?;
     match kind {
-        "random" => Ok(Values::Drawn {
-            from,
-            to,
-            whole,
-            count: count.unwrap_or(0),
-        }),
+        "random" => Ok(Values::Drawn { from, to, whole, count: count.unwrap_or(0) }),
         "grid" => {
             let Some(count) = count else {
                 return Err(r.at(offset, kind, "`count`", "none"));
@@ -232,21 +195,15 @@ fn span(
             let value = |i: usize| {
                 let x =
                     from + (to - from) * f64::from(u32::try_from(i).unwrap_or(u32::MAX)) / steps;
-                if whole {
-                    number(x.round(), true)
-                } else {
-                    number(x, false)
-                }
+                if whole { number(x.round(), true) } else { number(x, false) }
             };
             let mut values: Vec<Value> = (0..count).map(value).collect();
             values.dedup();
             Ok(Values::Listed(values))
         }
         _ => {
-            let (step, factor) = (
-                r.real(table, "step", 0.0, limit)?,
-                r.real(table, "factor", 1.0, limit)?,
-            );
+            let (step, factor) =
+                (r.real(table, "step", 0.0, limit)?, r.real(table, "factor", 1.0, limit)?);
             let next: Box<dyn Fn(f64, usize) -> f64> = match (step, factor) {
                 (Some(step), None) if step > 0.0 => Box::new(move |_, i| {
                     from + step * f64::from(u32::try_from(i).unwrap_or(u32::MAX))

@@ -178,10 +178,7 @@ impl Bench {
         self.compare_lines(settings, how, &mut measures);
         self.compare_hits(&results, &rendering, &mut measures);
         let fragments = self.scene.fragments().max(1) as f64;
-        measures.put(
-            "flagged_share",
-            rendering.flags.values().sum::<u64>() as f64 / fragments,
-        );
+        measures.put("flagged_share", rendering.flags.values().sum::<u64>() as f64 / fragments);
         let probes = rendering.probes as f64 / fragments;
         measures.put("probes_per_fragment", probes);
         measures.put("texels_per_fragment", rendering.texels as f64 / fragments);
@@ -189,20 +186,13 @@ impl Bench {
             measures.put("tiles", texels.tiles as f64);
             measures.put("cache_hit_share", texels.hit_share());
         }
-        let look_ups = rendering
-            .searches
-            .as_ref()
-            .map_or(0.0, crate::engine::Searches::look_ups);
+        let look_ups = rendering.searches.as_ref().map_or(0.0, crate::engine::Searches::look_ups);
         how.cost.sheet(&spec.config, self.scene.operation()).put(
             &how.cost,
             [probes, look_ups],
             &mut measures,
         );
-        Ok(Found {
-            measures,
-            picture: rendering.picture,
-            saved,
-        })
+        Ok(Found { measures, picture: rendering.picture, saved })
     }
 
     /// The picture of a reference.
@@ -236,10 +226,7 @@ impl Bench {
     /// The place of a reference among those that are kept.
     fn reference(&mut self, rung: Rung, settings: &Settings, truth: &TruthOptions) -> usize {
         let counts = self.scene.settings_that_count(rung, settings);
-        let known = self
-            .references
-            .iter()
-            .position(|r| r.rung == rung && r.settings == counts);
+        let known = self.references.iter().position(|r| r.rung == rung && r.settings == counts);
         if let Some(index) = known {
             return index;
         }
@@ -268,24 +255,15 @@ impl Bench {
         let mut theirs = reference.lines.iter();
         match &self.kept {
             Kept::Env(kept) => kept.lines(&mut |line| {
-                theirs
-                    .next()
-                    .into_iter()
-                    .for_each(|float| apart.add(line, float));
+                theirs.next().into_iter().for_each(|float| apart.add(line, float));
             }),
             Kept::Hit(kept) => kept.lines(&mut |line| {
-                theirs
-                    .next()
-                    .into_iter()
-                    .for_each(|float| apart.add(line, float));
+                theirs.next().into_iter().for_each(|float| apart.add(line, float));
             }),
             Kept::Tex(kept) => {
                 let mut exact = reference.widths.iter();
                 kept.lines(&mut |line, width| {
-                    theirs
-                        .next()
-                        .into_iter()
-                        .for_each(|float| apart.add(line, float));
+                    theirs.next().into_iter().for_each(|float| apart.add(line, float));
                     let there = exact.next().copied().unwrap_or(0.0).abs();
                     widths.push((width.abs() - there).abs() / there.max(f64::MIN_POSITIVE));
                 });
@@ -323,20 +301,14 @@ impl Bench {
         let rays = results.len().max(1) as f64;
         measures.put("look_ups_per_ray", searches.look_ups());
         let converged = searches.status.get(HitStatus::Converged.name());
-        measures.put(
-            "converged_share",
-            converged.copied().unwrap_or(0) as f64 / rays,
-        );
+        measures.put("converged_share", converged.copied().unwrap_or(0) as f64 / rays);
         let cases = self.cases.get_or_insert_with(|| cases(&subject.scene));
         if cases.len() != results.len() {
             // Rays that meet nothing have no direction to compare with.
             return;
         }
-        let mut angles: Vec<f64> = results
-            .iter()
-            .zip(cases.iter())
-            .map(|(r, case)| degrees(r.l, case.real))
-            .collect();
+        let mut angles: Vec<f64> =
+            results.iter().zip(cases.iter()).map(|(r, case)| degrees(r.l, case.real)).collect();
         angles.sort_by(f64::total_cmp);
         measures.put("direction_median_deg", quantile(&angles, 50));
         measures.put("direction_p95_deg", quantile(&angles, 95));

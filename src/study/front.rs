@@ -39,11 +39,7 @@ pub fn larger_is_better(name: &str) -> bool {
 fn scores(row: &Value, error: &str) -> Option<[f64; 3]> {
     let sign = if larger_is_better(error) { -1.0 } else { 1.0 };
     let cost = |name| figure(row, name).unwrap_or(0.0);
-    Some([
-        sign * figure(row, error)?,
-        cost("gates"),
-        cost("cycles_per_fragment"),
-    ])
+    Some([sign * figure(row, error)?, cost("gates"), cost("cycles_per_fragment")])
 }
 
 fn place(row: &Value) -> String {
@@ -56,24 +52,15 @@ fn place(row: &Value) -> String {
 /// better in one of them.
 #[must_use]
 pub fn front(rows: &[Value], error: &str) -> Vec<bool> {
-    let judged: Vec<Option<(String, [f64; 3])>> = rows
-        .iter()
-        .map(|row| Some((place(row), scores(row, error)?)))
-        .collect();
+    let judged: Vec<Option<(String, [f64; 3])>> =
+        rows.iter().map(|row| Some((place(row), scores(row, error)?))).collect();
     let beaten = |(here, a): &(String, [f64; 3])| {
-        judged
-            .iter()
-            .flatten()
-            .filter(|(there, _)| there == here)
-            .any(|(_, b)| {
-                let no_worse = b.iter().zip(a).all(|(b, a)| b <= a);
-                no_worse && b.iter().zip(a).any(|(b, a)| b < a)
-            })
+        judged.iter().flatten().filter(|(there, _)| there == here).any(|(_, b)| {
+            let no_worse = b.iter().zip(a).all(|(b, a)| b <= a);
+            no_worse && b.iter().zip(a).any(|(b, a)| b < a)
+        })
     };
-    judged
-        .iter()
-        .map(|row| row.as_ref().is_some_and(|row| !beaten(row)))
-        .collect()
+    judged.iter().map(|row| row.as_ref().is_some_and(|row| !beaten(row))).collect()
 }
 
 #[cfg(test)]
@@ -92,9 +79,6 @@ mod tests {
             row("a", Value::Null, 99),
             json!({"scene": "a", "refused": "too wide"}),
         ];
-        assert_eq!(
-            front(&rows, "psnr_db"),
-            [true, false, true, true, true, false]
-        );
+        assert_eq!(front(&rows, "psnr_db"), [true, false, true, true, true, false]);
     }
 }

@@ -92,11 +92,7 @@ impl Measures {
     pub fn put_pair(&mut self, rung: Rung, pair: &Pair) {
         let names = match rung {
             Rung::Ewa => ["ewa_psnr_db", "ewa_mean_lsb8", "ewa_share_over_1_lsb8"],
-            Rung::Truth => [
-                "truth_psnr_db",
-                "truth_mean_lsb8",
-                "truth_share_over_1_lsb8",
-            ],
+            Rung::Truth => ["truth_psnr_db", "truth_mean_lsb8", "truth_share_over_1_lsb8"],
             Rung::Rtl | Rung::Gpu | Rung::Sampler | Rung::F64 => {
                 ["psnr_db", "mean_lsb8", "share_over_1_lsb8"]
             }
@@ -114,10 +110,7 @@ impl Measures {
     /// A figure; none where it does not apply or is null.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
-        self.0
-            .iter()
-            .find(|(n, _)| *n == name)
-            .and_then(|(_, v)| *v)
+        self.0.iter().find(|(n, _)| *n == name).and_then(|(_, v)| *v)
     }
 
     /// As JSON in the order of [`COLUMNS`], those of `kept` alone unless it is empty.
@@ -138,9 +131,5 @@ impl Measures {
 /// A number without a fraction is written as a whole one.
 fn number(x: f64) -> Value {
     #[expect(clippy::cast_possible_truncation, reason = "whole numbers below 2^53")]
-    if x.fract() == 0.0 && x.abs() < 9e15 {
-        json!(x as i64)
-    } else {
-        json!(x)
-    }
+    if x.fract() == 0.0 && x.abs() < 9e15 { json!(x as i64) } else { json!(x) }
 }

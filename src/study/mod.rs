@@ -22,10 +22,5 @@ use crate::scene::tex::TEX_SCENES;
 /// The names of all built-in scenes.
 #[must_use]
 pub fn known_scenes() -> Vec<&'static str> {
-    SCENES
-        .iter()
-        .chain(HIT_SCENES)
-        .chain(TEX_SCENES)
-        .map(|s| s.name)
-        .collect()
+    SCENES.iter().chain(HIT_SCENES).chain(TEX_SCENES).map(|s| s.name).collect()
 }

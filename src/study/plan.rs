@@ -39,10 +39,7 @@ impl Mode {
     /// The literal in a study file.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Self::ALL
-            .iter()
-            .find(|(_, m)| *m == self)
-            .map_or("", |(n, _)| *n)
+        Self::ALL.iter().find(|(_, m)| *m == self).map_or("", |(n, _)| *n)
     }
 }
 
@@ -125,11 +122,7 @@ impl Plan {
 
         let unit_name = r.text(root, "unit")?.map(|name| {
             let is_file = !name.starts_with("preset:") && Path::new(&name).is_relative();
-            if is_file {
-                folder.join(name).display().to_string()
-            } else {
-                name
-            }
+            if is_file { folder.join(name).display().to_string() } else { name }
         });
         let (mut unit, origins) = file::load(unit_name.as_deref(), &[])?;
         origins.check(&unit, crate::unit::check)?;
@@ -141,10 +134,9 @@ impl Plan {
         }
         let mode = match r.literal(root, "mode", &Mode::ALL.map(|(n, _)| n))? {
             None => Mode::Grid,
-            Some(name) => Mode::ALL
-                .iter()
-                .find(|(n, _)| *n == name)
-                .map_or(Mode::Grid, |(_, m)| *m),
+            Some(name) => {
+                Mode::ALL.iter().find(|(n, _)| *n == name).map_or(Mode::Grid, |(_, m)| *m)
+            }
         };
         let count = r.whole(root, "count", 1, MOST_POINTS)?;
         if (mode == Mode::Random) != count.is_some() {
@@ -223,15 +215,10 @@ fn sets(
     flatten(r, "", table, &mut out)?;
     let mut tried = unit.clone();
     for (path, value, offset) in &out {
-        tried
-            .set_all([(path.as_str(), value)])
-            .map_err(|e| r.located(*offset, path, e))?;
+        tried.set_all([(path.as_str(), value)]).map_err(|e| r.located(*offset, path, e))?;
     }
     *unit = tried;
-    Ok(out
-        .into_iter()
-        .map(|(path, value, _)| (path, value))
-        .collect())
+    Ok(out.into_iter().map(|(path, value, _)| (path, value)).collect())
 }
 
 fn flatten(
@@ -286,16 +273,9 @@ fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place
     }
     let size = |(text, offset): &(String, usize)| {
         let part = |t: &str| t.parse::<usize>().ok().filter(|n| *n > 0);
-        let parts = text
-            .split_once(['x', 'X'])
-            .and_then(|(w, h)| Some((part(w)?, part(h)?)));
+        let parts = text.split_once(['x', 'X']).and_then(|(w, h)| Some((part(w)?, part(h)?)));
         parts.ok_or_else(|| {
-            r.at(
-                *offset,
-                "size",
-                "WIDTHxHEIGHT in pixels, such as 256x256",
-                format!("`{text}`"),
-            )
+            r.at(*offset, "size", "WIDTHxHEIGHT in pixels, such as 256x256", format!("`{text}`"))
         })
     };
     let sizes = sizes.iter().map(size).collect::<Result<Vec<_>, _>>()?;
@@ -304,11 +284,8 @@ fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place
         name => Some(folder.join(name)),
     };
     let mut envs: Vec<Option<PathBuf>> = r.texts(root, "envs")?.iter().map(env).collect();
-    let mut faces: Vec<Option<usize>> = r
-        .wholes(root, "face_sizes", 1, 16384)?
-        .into_iter()
-        .map(Some)
-        .collect();
+    let mut faces: Vec<Option<usize>> =
+        r.wholes(root, "face_sizes", 1, 16384)?.into_iter().map(Some).collect();
     if envs.is_empty() {
         envs.push(None);
     }
@@ -378,11 +355,7 @@ fn check_axes(
     }
     for (index, axis) in axes.iter().enumerate() {
         let before = &axes[..index];
-        if let Some(path) = axis
-            .paths
-            .iter()
-            .find(|p| before.iter().any(|a| a.paths.contains(p)))
-        {
+        if let Some(path) = axis.paths.iter().find(|p| before.iter().any(|a| a.paths.contains(p))) {
             return Err(r.at(
                 axis.offset,
                 "axis",
@@ -402,10 +375,7 @@ fn check_axes(
             return Err(r.at(axis.offset, "axis", expected, "no count"));
         }
     }
-    let points = axes
-        .iter()
-        .map(Axis::len)
-        .try_fold(1usize, usize::checked_mul);
+    let points = axes.iter().map(Axis::len).try_fold(1usize, usize::checked_mul);
     if mode == Mode::Grid && points.is_none_or(|n| n > MOST_POINTS) {
         let found = points.map_or("more than can be counted".into(), |n| n.to_string());
         return Err(r.error(root, "axis", format!("at most {MOST_POINTS} points"), found));

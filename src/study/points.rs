@@ -24,37 +24,22 @@ pub fn points(plan: &Plan) -> Vec<Point> {
     let axes = &plan.axes;
     let rows: Vec<Vec<(usize, Value)>> = match plan.mode {
         Mode::Random => (0..plan.count)
-            .map(|_| {
-                axes.iter()
-                    .enumerate()
-                    .map(|(i, a)| (i, a.draw(&mut random)))
-                    .collect()
-            })
+            .map(|_| axes.iter().enumerate().map(|(i, a)| (i, a.draw(&mut random))).collect())
             .collect(),
         Mode::Grid => {
             let values: Vec<Vec<Value>> = axes.iter().map(|a| a.all(&mut random)).collect();
-            values
-                .iter()
-                .enumerate()
-                .fold(vec![Vec::new()], |rows, (i, values)| {
-                    let with = |row: &Vec<(usize, Value)>, v: &Value| {
-                        [row.as_slice(), &[(i, v.clone())]].concat()
-                    };
-                    rows.iter()
-                        .flat_map(|row| values.iter().map(move |v| with(row, v)))
-                        .collect()
-                })
+            values.iter().enumerate().fold(vec![Vec::new()], |rows, (i, values)| {
+                let with = |row: &Vec<(usize, Value)>, v: &Value| {
+                    [row.as_slice(), &[(i, v.clone())]].concat()
+                };
+                rows.iter().flat_map(|row| values.iter().map(move |v| with(row, v))).collect()
+            })
         }
         Mode::Zip => {
             let values: Vec<Vec<Value>> = axes.iter().map(|a| a.all(&mut random)).collect();
             let count = values.first().map_or(0, Vec::len);
-            let row = |n: usize| {
-                values
-                    .iter()
-                    .enumerate()
-                    .map(|(i, v)| (i, v[n].clone()))
-                    .collect()
-            };
+            let row =
+                |n: usize| values.iter().enumerate().map(|(i, v)| (i, v[n].clone())).collect();
             (0..count).map(row).collect()
         }
         Mode::OneAtATime => {
@@ -66,19 +51,13 @@ pub fn points(plan: &Plan) -> Vec<Point> {
     };
     let point = |(number, row): (usize, Vec<(usize, Value)>)| Point {
         number,
-        sets: row
-            .into_iter()
-            .flat_map(|(i, value)| on_all(&axes[i], &value))
-            .collect(),
+        sets: row.into_iter().flat_map(|(i, value)| on_all(&axes[i], &value)).collect(),
     };
     rows.into_iter().enumerate().map(point).collect()
 }
 
 fn on_all(axis: &Axis, value: &Value) -> Vec<(String, Value)> {
-    axis.paths
-        .iter()
-        .map(|path| (path.clone(), value.clone()))
-        .collect()
+    axis.paths.iter().map(|path| (path.clone(), value.clone())).collect()
 }
 
 /// The order in which points are run: those that differ in late stages only follow each other, so that most of each is
@@ -92,10 +71,7 @@ pub fn order(plan: &Plan, points: &[Point]) -> Vec<usize> {
     let mut keys: Vec<(Vec<usize>, usize)> = Vec::new();
     for (index, point) in points.iter().enumerate() {
         let place = |(axis, seen): (&&Axis, &mut HashMap<String, usize>)| {
-            let set = point
-                .sets
-                .iter()
-                .find(|(path, _)| axis.paths.first() == Some(path));
+            let set = point.sets.iter().find(|(path, _)| axis.paths.first() == Some(path));
             let Some((_, value)) = set else { return 0 };
             let next = seen.len() + 1;
             *seen.entry(value.to_string()).or_insert(next)
@@ -108,12 +84,8 @@ pub fn order(plan: &Plan, points: &[Point]) -> Vec<usize> {
 
 /// The place in the pipeline of the first stage that a path reaches: 0 for what changes the scene itself.
 fn reach(path: &str) -> usize {
-    let stage = |name: &str| {
-        Stage::ALL
-            .iter()
-            .position(|s| s.name() == name)
-            .map_or(0, |i| 2 * i + 1)
-    };
+    let stage =
+        |name: &str| Stage::ALL.iter().position(|s| s.name() == name).map_or(0, |i| 2 * i + 1);
     let parts: Vec<&str> = path.split('.').collect();
     match parts.as_slice() {
         ["roughness", "interpolate" | "curvature"] => 0,

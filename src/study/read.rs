@@ -67,9 +67,7 @@ impl<'a> Reader<'a> {
     }
 
     fn found(&self, table: &DeTable<'_>, key: &str, expected: &str) -> InputError {
-        let found = table
-            .get(key)
-            .map_or("nothing".into(), |v| described(v.get_ref()));
+        let found = table.get(key).map_or("nothing".into(), |v| described(v.get_ref()));
         self.error(table, key, expected, found)
     }
 

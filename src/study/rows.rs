@@ -74,24 +74,15 @@ pub fn row(
     out.insert("point".into(), json!(point.number));
     out.insert("scene".into(), json!(place.scene));
     out.insert("size".into(), json!([place.size.0, place.size.1]));
-    out.insert(
-        "env".into(),
-        json!(place.env.as_ref().map(|p| p.display().to_string())),
-    );
+    out.insert("env".into(), json!(place.env.as_ref().map(|p| p.display().to_string())));
     out.insert("face_size".into(), json!(place.face_size));
-    let set: Map<String, Value> = point
-        .sets
-        .iter()
-        .map(|(path, v)| (path.clone(), json_of(v)))
-        .collect();
+    let set: Map<String, Value> =
+        point.sets.iter().map(|(path, v)| (path.clone(), json_of(v))).collect();
     out.insert("set".into(), Value::Object(set));
     out.insert("unit_hash".into(), json!(spec.hash()));
     match outcome {
         Ok(measures) => {
-            out.insert(
-                "metrics".into(),
-                Value::Object(measures.to_json(&plan.metrics)),
-            );
+            out.insert("metrics".into(), Value::Object(measures.to_json(&plan.metrics)));
         }
         Err(error) => {
             out.insert("refused".into(), json!(error.to_string()));
@@ -104,10 +95,8 @@ pub fn row(
 /// The command that gives a row's figures of colour again.
 #[must_use]
 pub fn command(plan: &Plan, place: &Place, point: &Point) -> String {
-    let engines: Vec<&str> = ["rtl"]
-        .into_iter()
-        .chain(plan.against.iter().map(|r| r.name()))
-        .collect();
+    let engines: Vec<&str> =
+        ["rtl"].into_iter().chain(plan.against.iter().map(|r| r.name())).collect();
     let mut words = vec![
         "tapline".into(),
         "compare".into(),
@@ -140,11 +129,7 @@ pub fn command(plan: &Plan, place: &Place, point: &Point) -> String {
         };
         option("--set", Some(format!("{path}={value}")));
     }
-    words
-        .iter()
-        .map(|w| quoted(w))
-        .collect::<Vec<_>>()
-        .join(" ")
+    words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")
 }
 
 /// A word as a POSIX shell takes it.
@@ -161,11 +146,7 @@ fn quoted(word: &str) -> String {
 #[must_use]
 pub fn csv(header: &Value, rows: &[Value]) -> String {
     let names = |key: &str, inner: Option<&str>| -> Vec<String> {
-        let items = header
-            .get(key)
-            .and_then(Value::as_array)
-            .into_iter()
-            .flatten();
+        let items = header.get(key).and_then(Value::as_array).into_iter().flatten();
         items
             .flat_map(|item| match (inner, item.as_array()) {
                 (Some(name), _) => vec![item.get(name).cloned().unwrap_or_default()],
@@ -176,36 +157,16 @@ pub fn csv(header: &Value, rows: &[Value]) -> String {
             .collect()
     };
     let (axes, columns) = (names("axes", None), names("columns", Some("name")));
-    let fixed = [
-        "row",
-        "point",
-        "scene",
-        "width",
-        "height",
-        "env",
-        "face_size",
-    ];
-    let head = fixed
-        .iter()
-        .map(ToString::to_string)
-        .chain(axes.clone())
-        .chain(columns.clone());
+    let fixed = ["row", "point", "scene", "width", "height", "env", "face_size"];
+    let head = fixed.iter().map(ToString::to_string).chain(axes.clone()).chain(columns.clone());
     let tail = ["refused", "unit_hash", "command"];
     let mut out = line(head.chain(tail.iter().map(ToString::to_string)));
     for row in rows {
         let get = |key: &str| row.get(key).map(text).unwrap_or_default();
         let inside = |group: &str, key: &str| {
-            row.get(group)
-                .and_then(|g| g.get(key))
-                .map(text)
-                .unwrap_or_default()
+            row.get(group).and_then(|g| g.get(key)).map(text).unwrap_or_default()
         };
-        let size = |i: usize| {
-            row.get("size")
-                .and_then(|s| s.get(i))
-                .map(text)
-                .unwrap_or_default()
-        };
+        let size = |i: usize| row.get("size").and_then(|s| s.get(i)).map(text).unwrap_or_default();
         let cells = [
             get("row"),
             get("point"),

@@ -64,14 +64,9 @@ impl Study {
         let points = points(&plan);
         let order = order(&plan, &points);
         let places = 0..plan.places.len();
-        let schedule = places
-            .flat_map(|place| order.iter().map(move |point| (place, *point)))
-            .collect();
-        Self {
-            plan,
-            points,
-            schedule,
-        }
+        let schedule =
+            places.flat_map(|place| order.iter().map(move |point| (place, *point))).collect();
+        Self { plan, points, schedule }
     }
 
     /// Rows in all.
@@ -96,10 +91,7 @@ impl Study {
     /// What the model refuses.
     pub fn unit(&self, point: &Point) -> (UnitSpec, Result<(), InputError>) {
         let mut spec = self.plan.unit.clone();
-        let sets = point
-            .sets
-            .iter()
-            .map(|(path, value)| (path.as_str(), value));
+        let sets = point.sets.iter().map(|(path, value)| (path.as_str(), value));
         let set = spec.set_all(sets);
         let checked = set.and_then(|()| check(&spec));
         (spec, checked)
@@ -125,9 +117,7 @@ impl Study {
                 continue;
             }
             let (place, point) = (&self.plan.places[*place_index], &self.points[*point_index]);
-            let (spec, refused) = checked
-                .entry(*point_index)
-                .or_insert_with(|| self.unit(point));
+            let (spec, refused) = checked.entry(*point_index).or_insert_with(|| self.unit(point));
             let outcome = match refused {
                 Err(error) => Err(error.clone()),
                 Ok(()) => {
@@ -147,15 +137,10 @@ impl Study {
                     let Some((_, _, bench)) = &mut bench else {
                         continue;
                     };
-                    bench
-                        .measure(spec, &settings, how)
-                        .map(|found| found.measures)
+                    bench.measure(spec, &settings, how).map(|found| found.measures)
                 }
             };
-            host.row(
-                number,
-                row(&self.plan, number, place, point, spec, &outcome),
-            )?;
+            host.row(number, row(&self.plan, number, place, point, spec, &outcome))?;
         }
         if let Some((_, _, bench)) = bench.take() {
             spent.add(&bench);

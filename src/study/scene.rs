@@ -49,11 +49,7 @@ impl Scene {
         }
         if rung == Rung::Truth {
             // Rays see the environment's rotation and how textures repeat.
-            s = Settings {
-                rotation: s.rotation,
-                tex: s.tex,
-                ..plain
-            };
+            s = Settings { rotation: s.rotation, tex: s.tex, ..plain };
         }
         s
     }
@@ -99,13 +95,9 @@ pub(super) fn render_reference(
     let quiet = &|_| {};
     match (scene, rung) {
         (Scene::Env(s), Rung::Ewa) => none(EwaEngine { settings: own }.render(s, quiet)),
-        (Scene::Env(s), Rung::Truth) => none(
-            TruthEngine {
-                settings: own,
-                options,
-            }
-            .render(s, quiet),
-        ),
+        (Scene::Env(s), Rung::Truth) => {
+            none(TruthEngine { settings: own, options }.render(s, quiet))
+        }
         (Scene::Hit(s), Rung::Ewa) => none(s.ewa(settings, quiet)),
         (Scene::Hit(s), Rung::Truth) => none(s.truth(truth, quiet)),
         (Scene::Tex(s), Rung::Ewa) => none(s.ewa(settings, quiet)),
@@ -121,11 +113,7 @@ pub(super) fn render_reference(
         (Scene::Tex(s), Rung::F64 | Rung::Rtl | Rung::Gpu | Rung::Sampler) => {
             let (rendering, lines): (_, Vec<TexLine>) = s.f64_lines(settings);
             let widths = lines.iter().map(|l| l.width).collect();
-            (
-                rendering,
-                lines.into_iter().map(|l| l.line).collect(),
-                widths,
-            )
+            (rendering, lines.into_iter().map(|l| l.line).collect(), widths)
         }
     }
 }

@@ -62,11 +62,7 @@ impl Paths {
     #[must_use]
     pub fn new(folder: &Path, shard: Shard) -> Self {
         let file = |ending: &str| folder.join(format!("{}.{ending}", shard.stem()));
-        Self {
-            jsonl: file("jsonl"),
-            csv: file("csv"),
-            journal: file("part"),
-        }
+        Self { jsonl: file("jsonl"), csv: file("csv"), journal: file("part") }
     }
 }
 
@@ -96,8 +92,7 @@ impl Results {
     #[must_use]
     pub fn axes(&self) -> Vec<String> {
         let all = self.header["axes"].as_array().into_iter().flatten();
-        all.filter_map(|axis| axis.get(0).and_then(Value::as_str).map(String::from))
-            .collect()
+        all.filter_map(|axis| axis.get(0).and_then(Value::as_str).map(String::from)).collect()
     }
 
     /// Reads a result file or a journal. A last line that was cut off, as a machine that stops leaves it, is dropped
@@ -109,11 +104,7 @@ impl Results {
         let file = File::open(path).map_err(|e| broken(path, "a readable result file", e))?;
         let size = file.metadata().map(|m| m.len()).unwrap_or(0);
         if size > MAX_BYTES {
-            return Err(broken(
-                path,
-                "a result file of at most 4 GiB",
-                format!("{size} bytes"),
-            ));
+            return Err(broken(path, "a result file of at most 4 GiB", format!("{size} bytes")));
         }
         let mut header = None;
         let mut rows = Vec::new();
@@ -121,9 +112,7 @@ impl Results {
         let mut line = String::new();
         for number in 1usize.. {
             line.clear();
-            let read = reader
-                .read_line(&mut line)
-                .map_err(|e| broken(path, "text in UTF-8", e))?;
+            let read = reader.read_line(&mut line).map_err(|e| broken(path, "text in UTF-8", e))?;
             if read == 0 {
                 break;
             }
@@ -156,17 +145,12 @@ impl Results {
     pub fn by_number(&self, path: &Path) -> Result<BTreeMap<usize, Value>, InputError> {
         let mut out = BTreeMap::new();
         for row in &self.rows {
-            let number = row
-                .get("row")
-                .and_then(Value::as_u64)
-                .and_then(|n| usize::try_from(n).ok());
+            let number =
+                row.get("row").and_then(Value::as_u64).and_then(|n| usize::try_from(n).ok());
             let Some(number) = number else {
                 return Err(broken(path, "rows with their numbers", row));
             };
-            if out
-                .insert(number, row.clone())
-                .is_some_and(|before| before != *row)
-            {
+            if out.insert(number, row.clone()).is_some_and(|before| before != *row) {
                 return Err(broken(
                     path,
                     "each row once",
@@ -203,10 +187,7 @@ impl Journal {
     pub fn create(path: &Path, header: &Value) -> Result<Self, InputError> {
         let unwritable = |e: std::io::Error| broken(path, "a file that can be written", e);
         let file = File::create(path).map_err(unwritable)?;
-        let mut journal = Self {
-            file,
-            path: path.into(),
-        };
+        let mut journal = Self { file, path: path.into() };
         journal.append(header)?;
         Ok(journal)
     }
@@ -219,23 +200,11 @@ impl Journal {
         let before = Results::read(path, true)?;
         same_study(path, &before.header, header)?;
         let unwritable = |e: std::io::Error| broken(path, "a file that can be written", e);
-        let file = OpenOptions::new()
-            .append(true)
-            .open(path)
-            .map_err(unwritable)?;
+        let file = OpenOptions::new().append(true).open(path).map_err(unwritable)?;
         let whole = std::fs::read(path).map_err(unwritable)?;
-        let end = whole
-            .iter()
-            .rposition(|b| *b == b'\n')
-            .map_or(0, |at| at + 1);
+        let end = whole.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
         file.set_len(end as u64).map_err(unwritable)?;
-        Ok((
-            Self {
-                file,
-                path: path.into(),
-            },
-            before,
-        ))
+        Ok((Self { file, path: path.into() }, before))
     }
 
     /// Appends a line with one write.
@@ -244,10 +213,7 @@ impl Journal {
     /// A full disk and the like.
     pub fn append(&mut self, value: &Value) -> Result<(), InputError> {
         let line = format!("{value}\n");
-        let written = self
-            .file
-            .write_all(line.as_bytes())
-            .and_then(|()| self.file.flush());
+        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.flush());
         written.map_err(|e| broken(&self.path, "a file that can be written", e))
     }
 }
@@ -261,20 +227,8 @@ pub fn same_study(path: &Path, found: &Value, expected: &Value) -> Result<(), In
         return Ok(());
     }
     let differs = |key: &&str| found.get(*key) != expected.get(*key);
-    let keys = [
-        "plan",
-        "version",
-        "unit_hash",
-        "cost",
-        "seed",
-        "shard",
-        "rows",
-    ];
-    let which = keys
-        .iter()
-        .find(|k| differs(k))
-        .copied()
-        .unwrap_or("columns");
+    let keys = ["plan", "version", "unit_hash", "cost", "seed", "shard", "rows"];
+    let which = keys.iter().find(|k| differs(k)).copied().unwrap_or("columns");
     let shown = |v: &Value| v.get(which).cloned().unwrap_or_default();
     Err(InputError::new(
         path.display().to_string(),
@@ -317,10 +271,7 @@ pub fn merge(parts: &[PathBuf], paths: &Paths) -> Result<usize, InputError> {
         let own = common(&results.header);
         same_study(path, &own, header.get_or_insert_with(|| own.clone()))?;
         for (number, row) in results.by_number(path)? {
-            if all
-                .insert(number, row.clone())
-                .is_some_and(|before| before != row)
-            {
+            if all.insert(number, row.clone()).is_some_and(|before| before != row) {
                 let found = format!("row {number} with other figures than in a part before");
                 return Err(broken(path, "parts that agree", found));
             }
@@ -335,16 +286,8 @@ pub fn merge(parts: &[PathBuf], paths: &Paths) -> Result<usize, InputError> {
         .map(|n| n.to_string())
         .collect();
     if !missing.is_empty() {
-        let found = format!(
-            "{} of them; rows {} … are missing",
-            all.len(),
-            missing.join(", ")
-        );
-        return Err(broken(
-            &paths.jsonl,
-            &format!("all {rows} rows of the study"),
-            found,
-        ));
+        let found = format!("{} of them; rows {} … are missing", all.len(), missing.join(", "));
+        return Err(broken(&paths.jsonl, &format!("all {rows} rows of the study"), found));
     }
     finish(paths, &header, &all)?;
     Ok(all.len())

@@ -124,10 +124,7 @@ impl Sums {
 }
 
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    reason = "where bits must be equal, that is what is tested"
-)]
+#[expect(clippy::float_cmp, reason = "where bits must be equal, that is what is tested")]
 mod tests {
     use super::*;
 
@@ -179,9 +176,7 @@ mod tests {
         let first = |seed, pixel, round| {
             let places = std::cell::RefCell::new(Vec::new());
             let shade = |x: f64, y: f64| {
-                places
-                    .borrow_mut()
-                    .push([x - x.floor(), y - y.floor()].map(f64::to_bits));
+                places.borrow_mut().push([x - x.floor(), y - y.floor()].map(f64::to_bits));
                 None
             };
             Strata::new(4).round(seed, pixel, round, &shade, &mut Sums::default());
@@ -189,11 +184,7 @@ mod tests {
         };
         let own = first(0, [1, 2], 0);
         assert_eq!(own, first(0, [1, 2], 0));
-        for other in [
-            first(1, [1, 2], 0),
-            first(0, [2, 1], 0),
-            first(0, [1, 2], 1),
-        ] {
+        for other in [first(1, [1, 2], 0), first(0, [2, 1], 0), first(0, [1, 2], 1)] {
             assert_ne!(own, other);
         }
     }

@@ -51,11 +51,8 @@ impl PaddedCube {
     )]
     pub fn look_up(&self, d: [f64; 3]) -> [f64; 3] {
         let (face, u, v) = crate::cube::face_uv(d);
-        let (face, u, v) = if u.is_finite() && v.is_finite() {
-            (face, u, v)
-        } else {
-            (4, 0.0, 0.0)
-        };
+        let (face, u, v) =
+            if u.is_finite() && v.is_finite() { (face, u, v) } else { (4, 0.0, 0.0) };
         let size = self.size as f64;
         // The border shifts texel centres by one: u = −1 lies half a texel into the border's side.
         let place = |u: f64| ((u + 1.0) * 0.5 * size + 0.5).clamp(0.0, size + 0.5);
@@ -78,10 +75,7 @@ impl PaddedCube {
 }
 
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    reason = "where bits must be equal, that is what is tested"
-)]
+#[expect(clippy::float_cmp, reason = "where bits must be equal, that is what is tested")]
 mod tests {
     use super::*;
     use crate::cube::direction;
@@ -91,10 +85,7 @@ mod tests {
             let byte = |k: usize| u8::try_from(i * k % 251).map_or(0.0, f32::from) / 251.0;
             [byte(17), byte(101), byte(1)]
         };
-        CubeLevel {
-            size,
-            texels: (0..6 * size * size).map(texel).collect(),
-        }
+        CubeLevel { size, texels: (0..6 * size * size).map(texel).collect() }
     }
 
     #[test]
@@ -154,11 +145,7 @@ mod tests {
         let level = cube(4);
         let padded = PaddedCube::new(&level);
         // +x +y +z: +x at (sc, tc) = (−, −): column 0, row 0; +y at (+, +): 3, 3; +z at (+, −): 3, 0.
-        let three = [
-            level.texel(0, 0, 0),
-            level.texel(2, 3, 3),
-            level.texel(4, 3, 0),
-        ];
+        let three = [level.texel(0, 0, 0), level.texel(2, 3, 3), level.texel(4, 3, 0)];
         let got = padded.look_up([1.0, 1.0, 1.0]);
         for c in 0..3 {
             let want = three.iter().map(|t| f64::from(t[c])).sum::<f64>() / 3.0;
@@ -170,11 +157,7 @@ mod tests {
     fn a_direction_that_is_no_direction_looks_at_plus_z() {
         let padded = PaddedCube::new(&cube(8));
         let middle = padded.look_up([0.0, 0.0, 1.0]);
-        for d in [
-            [0.0; 3],
-            [f64::NAN, 1.0, 0.0],
-            [f64::INFINITY, f64::INFINITY, 1.0],
-        ] {
+        for d in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, f64::INFINITY, 1.0]] {
             assert_eq!(padded.look_up(d), middle);
         }
     }

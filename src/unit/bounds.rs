@@ -34,11 +34,7 @@ const SQRT_6: f64 = 2.449_489_742_783_178;
 
 /// 1/(1 − x) for a relative error x; infinite where x may be the whole of the number.
 fn inverse(x: f64) -> f64 {
-    if x < 1.0 {
-        1.0 / (1.0 - x)
-    } else {
-        f64::INFINITY
-    }
+    if x < 1.0 { 1.0 / (1.0 - x) } else { f64::INFINITY }
 }
 
 /// Errors of what comes into `reflect` and `jacobian`.
@@ -57,10 +53,7 @@ impl Inputs {
         Self {
             v: SQRT_3 * w.block(Reg::ReflectV),
             n: SQRT_3 * w.block(Reg::ReflectN),
-            dn: [
-                0.0,
-                w.vector(Reg::JacDnDx).max(w.vector(Reg::JacDnDy)) + w.vector(Reg::JacDnMod),
-            ],
+            dn: [0.0, w.vector(Reg::JacDnDx).max(w.vector(Reg::JacDnDy)) + w.vector(Reg::JacDnMod)],
         }
     }
 
@@ -218,10 +211,7 @@ impl Ellipse {
                 det * (1.0 + quotient) + quotient + word
             }
         };
-        Self {
-            k,
-            lambda: [major, minor],
-        }
+        Self { k, lambda: [major, minor] }
     }
 }
 
@@ -275,23 +265,14 @@ fn lod(w: &Words<'_>, t: &TableErrors, e: &Ellipse) -> f64 {
 fn color(w: &Words<'_>) -> [f64; 2] {
     let c = w.0;
     let weight = |bits: u32, reg: Reg| {
-        if bits >= c.format(reg).frac {
-            0.0
-        } else {
-            power(bits + 1)
-        }
+        if bits >= c.format(reg).frac { 0.0 } else { power(bits + 1) }
     };
     let exact = c.texel_frac + 2 * c.weight_bits;
     let bilinear = c.format(Reg::FilterBilinear);
     let narrowed = bilinear.frac < exact || bilinear.int < c.texel_int;
     [
         2.0 * weight(c.weight_bits, Reg::AddrS) + weight(c.lod_bits, Reg::FootLod),
-        w.fixed(Reg::FilterColor)
-            + if narrowed {
-                w.fixed(Reg::FilterBilinear)
-            } else {
-                0.0
-            },
+        w.fixed(Reg::FilterColor) + if narrowed { w.fixed(Reg::FilterBilinear) } else { 0.0 },
     ]
 }
 
@@ -339,11 +320,7 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
                 d[0],
                 "times T = |∂v|/|v| + 2|∂n|/|n_mod|, plus the next row; as the row before",
             );
-            add(
-                "jacobian.d, bumped, absolute",
-                d[1],
-                "beside the row before",
-            );
+            add("jacobian.d, bumped, absolute", d[1], "beside the row before");
             add(
                 "roughness.b, factor",
                 b[0],
@@ -369,11 +346,7 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
             e.lambda[1],
             "times λ1, from D's and B's own codes; an error of η·√(a + c) in [D B] adds √2·η",
         );
-        add(
-            "footprint.lod",
-            lod(&w, &t, &e),
-            "levels, from D's and B's own codes",
-        );
+        add("footprint.lod", lod(&w, &t, &e), "levels, from D's and B's own codes");
     }
     if let Some((angle, holds)) = axis(&w, &t) {
         add("eigen.axis", angle, holds);

@@ -130,8 +130,7 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), 
             e.subject = "--set".into();
             e
         };
-        spec.assign(path.trim(), &parse_value(value.trim()))
-            .map_err(named)?;
+        spec.assign(path.trim(), &parse_value(value.trim())).map_err(named)?;
         origins.set.push((path.trim().into(), "--set".into()));
     }
     origins.check(&spec, UnitSpec::check_widths)?;
@@ -151,15 +150,9 @@ pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, InputError> {
     };
     let mut bytes = Vec::new();
     let size = if path.as_os_str() == "-" {
-        std::io::stdin()
-            .lock()
-            .take(MAX_BYTES + 1)
-            .read_to_end(&mut bytes)
+        std::io::stdin().lock().take(MAX_BYTES + 1).read_to_end(&mut bytes)
     } else {
-        std::fs::File::open(path)
-            .map_err(broken)?
-            .take(MAX_BYTES + 1)
-            .read_to_end(&mut bytes)
+        std::fs::File::open(path).map_err(broken)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)
     }
     .map_err(broken)?;
     if u64::try_from(size).unwrap_or(u64::MAX) > MAX_BYTES {
@@ -185,11 +178,7 @@ pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, InputError> {
 
 /// A unit file's name in messages.
 pub(crate) fn name(path: &Path) -> String {
-    if path.as_os_str() == "-" {
-        "standard input".into()
-    } else {
-        path.display().to_string()
-    }
+    if path.as_os_str() == "-" { "standard input".into() } else { path.display().to_string() }
 }
 
 /// A value as TOML has it, or else a bare literal.
@@ -244,21 +233,10 @@ fn read(subject: &str, text: &str) -> Result<(UnitSpec, Vec<(String, usize)>), I
     let mut known: Vec<String> = spec.knobs().into_iter().map(|k| k.path).collect();
     known.push("tables.eigen.entries".into());
     let table = DeTable::parse(text).map_err(|e| {
-        InputError::new(
-            subject,
-            "TOML",
-            e.message(),
-            "`tapline unit show` prints a unit file",
-        )
-        .at(place(text, e.span().map_or(0, |s| s.start)))
+        InputError::new(subject, "TOML", e.message(), "`tapline unit show` prints a unit file")
+            .at(place(text, e.span().map_or(0, |s| s.start)))
     })?;
-    let mut reader = Reader {
-        spec: &mut spec,
-        subject,
-        text,
-        known,
-        seen: Vec::new(),
-    };
+    let mut reader = Reader { spec: &mut spec, subject, text, known, seen: Vec::new() };
     reader.table("", table.get_ref())?;
     let mut seen = reader.seen;
     seen.sort_by_key(|(_, offset)| *offset);

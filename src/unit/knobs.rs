@@ -58,11 +58,7 @@ pub(super) fn names<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str) -> Str
 
 /// The path under which a knob is listed: the angle table's entries go by two names.
 pub(super) fn canonical(path: &str) -> &str {
-    if path == "tables.eigen.entries" {
-        "eigen.entries"
-    } else {
-        path
-    }
+    if path == "tables.eigen.entries" { "eigen.entries" } else { path }
 }
 
 const TABLES: [&str; 4] = ["recip", "rsqrt", "sqrt", "log2"];
@@ -84,13 +80,7 @@ impl UnitSpec {
         let text = |t: &str| Value::Text(t.into());
         let int = |n: u32| Value::Integer(n.into());
         let c = &self.config;
-        add(
-            "footprint.max_probes",
-            int(c.max_probes),
-            "1…64",
-            true,
-            "most probes of a fragment",
-        );
+        add("footprint.max_probes", int(c.max_probes), "1…64", true, "most probes of a fragment");
         add(
             "footprint.count",
             text(c.count.name()),
@@ -168,13 +158,7 @@ impl UnitSpec {
             true,
             "how λ2 is found",
         );
-        add(
-            "filter.weight_bits",
-            int(c.weight_bits),
-            "1…8",
-            false,
-            "bits of a bilinear weight",
-        );
+        add("filter.weight_bits", int(c.weight_bits), "1…8", false, "bits of a bilinear weight");
         add(
             "filter.lod_bits",
             int(c.lod_bits),
@@ -189,20 +173,8 @@ impl UnitSpec {
             false,
             "how texels are stored",
         );
-        add(
-            "texel.int",
-            int(c.texel_int),
-            "1…17",
-            false,
-            "integer bits of a decoded texel",
-        );
-        add(
-            "texel.frac",
-            int(c.texel_frac),
-            "4…24",
-            false,
-            "fraction bits of a decoded texel",
-        );
+        add("texel.int", int(c.texel_int), "1…17", false, "integer bits of a decoded texel");
+        add("texel.frac", int(c.texel_frac), "4…24", false, "fraction bits of a decoded texel");
         add(
             "cone.format",
             text(c.cone.format.name()),
@@ -224,13 +196,7 @@ impl UnitSpec {
             true,
             "which half of a packed cone is its angle",
         );
-        add(
-            "cone.seed",
-            int(c.cone.seed),
-            "0…4294967295",
-            false,
-            "seed of stochastic stores",
-        );
+        add("cone.seed", int(c.cone.seed), "0…4294967295", false, "seed of stochastic stores");
         add(
             "cone.rules",
             text(c.cone.rules.name()),
@@ -246,13 +212,7 @@ impl UnitSpec {
             "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
         );
         let tex = &c.tex;
-        add(
-            "cone.count",
-            int(tex.cones),
-            "1 | 2",
-            true,
-            "cones of a ray; the wider one counts",
-        );
+        add("cone.count", int(tex.cones), "1 | 2", true, "cones of a ray; the wider one counts");
         add(
             "cone.metric",
             text(tex.metric.name()),
@@ -344,13 +304,7 @@ impl UnitSpec {
         let t = &c.tables;
         for (name, spec) in TABLES.iter().zip([t.recip, t.rsqrt, t.sqrt, t.log2]) {
             let path = |knob: &str| format!("tables.{name}.{knob}");
-            add(
-                &path("entries"),
-                int(spec.entries),
-                "a power of two, 2…4096",
-                false,
-                "intervals",
-            );
+            add(&path("entries"), int(spec.entries), "a power of two, 2…4096", false, "intervals");
             add(
                 &path("order"),
                 int(spec.order),
@@ -358,13 +312,7 @@ impl UnitSpec {
                 false,
                 "interpolation: none, linear, quadratic",
             );
-            add(
-                &path("frac"),
-                int(spec.frac),
-                "2…28",
-                false,
-                "fraction bits of an entry",
-            );
+            add(&path("frac"), int(spec.frac), "2…28", false, "fraction bits of an entry");
             if *name != "log2" {
                 add(
                     &path("newton"),
@@ -419,9 +367,6 @@ impl UnitSpec {
     #[must_use]
     pub fn get(&self, path: &str) -> Option<Value> {
         let path = canonical(path);
-        self.knobs()
-            .into_iter()
-            .find(|k| k.path == path)
-            .map(|k| k.value)
+        self.knobs().into_iter().find(|k| k.path == path).map(|k| k.value)
     }
 }

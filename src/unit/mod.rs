@@ -156,10 +156,7 @@ const FACES: [u32; 2] = [1, 16384];
 pub fn check(spec: &UnitSpec) -> Result<(), InputError> {
     for size in FACES {
         for all in [true, false] {
-            let needs = Needs {
-                bump: all,
-                rough: all,
-            };
+            let needs = Needs { bump: all, rough: all };
             Unit::new(&spec.config, needs, size).map_err(refused)?;
         }
         HitUnit::new(&spec.config, size).map_err(refused)?;

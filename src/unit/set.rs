@@ -34,8 +34,7 @@ impl UnitSpec {
         let before = self.config.formats;
         self.assign(path, value)?;
         // What is refused leaves the unit as it was.
-        self.check_widths()
-            .inspect_err(|_| self.config.formats = before)
+        self.check_widths().inspect_err(|_| self.config.formats = before)
     }
 
     /// Sets several knobs, which are checked together: a register's two parts may pass through a width that it could not
@@ -200,11 +199,9 @@ impl UnitSpec {
                     "order" => (|n| n <= 2, &mut spec.order, "0, 1 or 2"),
                     "frac" if angle => (|n| (4..=28).contains(&n), &mut spec.frac, "4 to 28 bits"),
                     "frac" => (|n| (2..=28).contains(&n), &mut spec.frac, "2 to 28 bits"),
-                    "newton" if angle || *name == "log2" => (
-                        |n| n == 0,
-                        &mut spec.newton,
-                        "0: this table has no Newton step",
-                    ),
+                    "newton" if angle || *name == "log2" => {
+                        (|n| n == 0, &mut spec.newton, "0: this table has no Newton step")
+                    }
                     "newton" => (|n| n <= 3, &mut spec.newton, "0 to 3 steps"),
                     _ => return Err(unknown(path)),
                 };
@@ -279,13 +276,9 @@ fn shown(value: &Value) -> String {
 
 /// Nine numbers as a rotation: `Some(None)` for the identity, `None` if they are no rotation.
 fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
-    let rows: Vec<[f64; 3]> = v
-        .chunks_exact(3)
-        .filter_map(|r| <[f64; 3]>::try_from(r).ok())
-        .collect();
-    let a = <[[f64; 3]; 3]>::try_from(rows)
-        .ok()
-        .filter(|_| v.len() == 9)?;
+    let rows: Vec<[f64; 3]> =
+        v.chunks_exact(3).filter_map(|r| <[f64; 3]>::try_from(r).ok()).collect();
+    let a = <[[f64; 3]; 3]>::try_from(rows).ok().filter(|_| v.len() == 9)?;
     let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let slack = 1.0 / 1024.0;
     for i in 0..3 {
@@ -298,11 +291,7 @@ fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
         }
     }
     let [x, y, z] = a;
-    let cross = [
-        x[1] * y[2] - x[2] * y[1],
-        x[2] * y[0] - x[0] * y[2],
-        x[0] * y[1] - x[1] * y[0],
-    ];
+    let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
     if dot(cross, z) < 0.0 {
         return None;
     }

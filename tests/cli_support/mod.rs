@@ -52,23 +52,12 @@ pub(crate) fn command() -> Command {
 
 /// Runs with an empty stdin.
 pub(crate) fn tapline(args: &[&str]) -> Ran {
-    command()
-        .args(args)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-        .into()
+    command().args(args).stdin(Stdio::null()).output().unwrap().into()
 }
 
 /// Runs in a folder.
 pub(crate) fn tapline_in(folder: &Path, args: &[&str]) -> Ran {
-    command()
-        .args(args)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-        .into()
+    command().args(args).current_dir(folder).stdin(Stdio::null()).output().unwrap().into()
 }
 
 /// Runs with bytes on stdin.
@@ -103,9 +92,7 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
 
 /// The folder of shared files, if this checkout has one beside it.
 pub(crate) fn shared(part: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/data")
-        .join(part);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(part);
     if folder.is_dir() {
         return Some(folder);
     }

@@ -33,12 +33,7 @@ fn random_unit(seed: u64) -> UnitSpec {
         format.rounding = Rounding::ALL[usize::try_from(below(8)).unwrap()];
     }
     let tables = &mut spec.config.tables;
-    for table in [
-        &mut tables.recip,
-        &mut tables.rsqrt,
-        &mut tables.sqrt,
-        &mut tables.log2,
-    ] {
+    for table in [&mut tables.recip, &mut tables.rsqrt, &mut tables.sqrt, &mut tables.log2] {
         (table.entries, table.order, table.frac) = (8 << below(6), below(3), 10 + below(16));
     }
     for table in [&mut tables.recip, &mut tables.rsqrt, &mut tables.sqrt] {

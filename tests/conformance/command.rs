@@ -9,20 +9,10 @@ fn fed(args: &[&str], input: &str) -> super::cli_support::Ran {
 #[test]
 fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
     for format in ["hex", "jsonl", "readmemh"] {
-        let args = [
-            "vectors", "gen", "eigen", "--count", "200", "--format", format,
-        ];
+        let args = ["vectors", "gen", "eigen", "--count", "200", "--format", format];
         let vectors = tapline(&args).done().stdout;
         for against in ["rtl", "f64"] {
-            let args = [
-                "vectors",
-                "check",
-                "eigen",
-                "--format",
-                format,
-                "--against",
-                against,
-            ];
+            let args = ["vectors", "check", "eigen", "--format", format, "--against", against];
             let out = fed(&args, &vectors);
             assert_eq!(out.status, Some(0), "{}", out.stderr);
             assert!(out.stderr.contains("200 cases, 0 wrong"));
@@ -38,9 +28,7 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
         u64::from_str_radix(tokens[4], 16).unwrap() ^ 0x100,
         width = tokens[4].len()
     );
-    let line = [&tokens[..4], &[wrong.as_str()], &tokens[5..]]
-        .concat()
-        .join(" ");
+    let line = [&tokens[..4], &[wrong.as_str()], &tokens[5..]].concat().join(" ");
     for against in ["rtl", "f64"] {
         let out = fed(&["vectors", "check", "eigen", "--against", against], &line);
         assert_eq!(out.status, Some(1), "{}", out.stderr);
@@ -59,10 +47,7 @@ fn malformed_vectors_are_status_2_with_line_and_column() {
     let out = fed(&["vectors", "check", "bump"], &broken);
     assert_eq!(out.status, Some(2));
     let error = out.stderr;
-    assert!(
-        error.contains(&format!("line {}, column 1", lines + 1)),
-        "{error}"
-    );
+    assert!(error.contains(&format!("line {}, column 1", lines + 1)), "{error}");
     let other_unit = ["--set", "footprint.max_probes=8"];
     let args = [&["vectors", "check", "bump"][..], &other_unit].concat();
     let other = fed(&args, &vectors);
@@ -97,13 +82,7 @@ fn conform_passes_a_slice_of_every_suite() {
     let suites = value["suites"].as_array().unwrap();
     assert!(suites.len() >= 250);
     assert!(suites.iter().all(|s| s["cases"] == 6 && s["failed"] == 0));
-    let no_such = [
-        "conform",
-        "--engines",
-        "gpu",
-        "--adapter",
-        "no such adapter",
-    ];
+    let no_such = ["conform", "--engines", "gpu", "--adapter", "no such adapter"];
     assert_eq!(tapline(&no_such).status, Some(2));
     assert_eq!(tapline(&["conform", "--suite", "nothing"]).status, Some(2));
     assert_eq!(tapline(&["conform", "--range", "5", "5"]).status, Some(2));
@@ -111,9 +90,7 @@ fn conform_passes_a_slice_of_every_suite() {
 
 #[test]
 fn budgets_and_attributions_are_printed_with_their_parts() {
-    let json = tapline(&["budget", "--cases", "5", "--quick", "--json", "-"])
-        .done()
-        .json();
+    let json = tapline(&["budget", "--cases", "5", "--quick", "--json", "-"]).done().json();
     let rows = json["registers"].as_array().unwrap();
     assert!(rows.len() > 80);
     assert!(rows.iter().all(|r| r["exceeded"] == 0));

@@ -16,12 +16,7 @@ fn inputs(subject: Subject) -> Vec<Vec<i64>> {
     let mut own = model(&UnitSpec::default(), subject, Build::default()).unwrap();
     (0..CASES)
         .map(|index| {
-            let place = Place {
-                class: Class::Ordinary,
-                level: 1,
-                seed: 5,
-                index,
-            };
+            let place = Place { class: Class::Ordinary, level: 1, seed: 5, index };
             let mut input = vec![0; own.shape().input_len()];
             fill(own.as_mut(), subject, place, &mut input);
             input
@@ -93,12 +88,8 @@ fn one_rounding_changed_is_caught_and_located_in_every_stage_by_both_judges() {
         };
         let mut located = [0; 2];
         for (change, name) in changes {
-            let mut device = model(
-                &unit(std::slice::from_ref(&change)),
-                subject,
-                Build::default(),
-            )
-            .unwrap();
+            let mut device =
+                model(&unit(std::slice::from_ref(&change)), subject, Build::default()).unwrap();
             for (k, exact) in [false, true].into_iter().enumerate() {
                 // A register that rounds nothing in this unit has no wrong rounding.
                 let Some(found) = caught(subject, device.as_mut(), exact) else {
@@ -142,17 +133,12 @@ fn one_sign_changed_is_caught_and_located_at_every_signed_number() {
     use tapline::conformance::field::Meaning;
     let mut failures = Vec::new();
     for subject in [Subject::Env, Subject::Hit, Subject::Tex] {
-        let shape = model(&UnitSpec::default(), subject, Build::default())
-            .unwrap()
-            .shape()
-            .clone();
+        let shape = model(&UnitSpec::default(), subject, Build::default()).unwrap().shape().clone();
         let mut at = 0;
         for field in &shape.outputs {
             let code = matches!(field.meaning, Meaning::Code(_) | Meaning::Mantissa(_));
-            let mut device = Turned {
-                own: model(&UnitSpec::default(), subject, Build::default()).unwrap(),
-                at,
-            };
+            let mut device =
+                Turned { own: model(&UnitSpec::default(), subject, Build::default()).unwrap(), at };
             at += field.components;
             if !(code && field.signed) {
                 continue;
@@ -169,13 +155,8 @@ fn one_sign_changed_is_caught_and_located_at_every_signed_number() {
             }
             let exact = caught(subject, &mut device, true);
             // What a trace shows of the last step alone has no formula of its own.
-            let unjudged = [
-                "hit.inv_radius",
-                "hit.inv_span",
-                "hit.quotient",
-                "hit.inv_normal",
-                "hit.cosine",
-            ];
+            let unjudged =
+                ["hit.inv_radius", "hit.inv_span", "hit.quotient", "hit.inv_normal", "hit.cosine"];
             let located = exact.as_ref().is_some_and(|f| f.stage == field.stage);
             if alive && !located && !unjudged.contains(&field.name.as_str()) {
                 failures.push(format!("{} by exact arithmetic: {exact:?}", field.name));
@@ -189,9 +170,7 @@ fn one_sign_changed_is_caught_and_located_at_every_signed_number() {
 fn one_table_entry_off_by_an_lsb_is_caught_where_the_table_is_read_first() {
     let build = Build::default();
     // Without the Newton steps, which square an entry's error out of sight.
-    let mut paths = ["recip", "rsqrt", "sqrt"]
-        .map(|t| format!("tables.{t}.newton=0"))
-        .to_vec();
+    let mut paths = ["recip", "rsqrt", "sqrt"].map(|t| format!("tables.{t}.newton=0")).to_vec();
     // An entry of log2 has more bits than the LOD.
     paths.push("registers.footprint.lod.frac=16".into());
     let spec = unit(&paths);
@@ -221,10 +200,7 @@ fn one_table_entry_off_by_an_lsb_is_caught_where_the_table_is_read_first() {
                 values[5 * entry] += 1;
             }
             if let Some(difference) = caught_by(&spec, Subject::Env, &mut device, false) {
-                assert!(
-                    stages.contains(&difference.stage),
-                    "{table}: {difference:?}"
-                );
+                assert!(stages.contains(&difference.stage), "{table}: {difference:?}");
                 found += 1;
             }
         }

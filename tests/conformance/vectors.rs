@@ -56,58 +56,32 @@ fn headers_say_what_was_run_and_notice_another_unit() {
             assert!(first.contains(word), "{first}");
         }
         assert_eq!(header.contradiction(first, format), None);
-        let other = Header {
-            unit: "0123456789abcdef".into(),
-            ..header.clone()
-        };
+        let other = Header { unit: "0123456789abcdef".into(), ..header.clone() };
         let (key, want, found) = other.contradiction(first, format).unwrap();
-        assert_eq!(
-            (key, want.as_str(), found),
-            ("unit", "0123456789abcdef", spec.hash())
-        );
+        assert_eq!((key, want.as_str(), found), ("unit", "0123456789abcdef", spec.hash()));
         assert!(text.lines().all(|line| text::is_comment(line, format)));
     }
 }
 
 #[test]
 fn malformed_lines_name_the_column() {
-    let own = model(
-        &UnitSpec::default(),
-        Subject::parse("bump").unwrap(),
-        Build::default(),
-    )
-    .unwrap();
+    let own =
+        model(&UnitSpec::default(), Subject::parse("bump").unwrap(), Build::default()).unwrap();
     let shape = own.shape();
     let zeros = |n: usize| vec![0; n];
-    let line = text::line(
-        shape,
-        Format::Hex,
-        &zeros(shape.input_len()),
-        &zeros(shape.output_len()),
-    );
+    let line =
+        text::line(shape, Format::Hex, &zeros(shape.input_len()), &zeros(shape.output_len()));
     let mut numbers = Vec::new();
-    let mut column = |format, line: &str| {
-        text::parse(shape, format, line, &mut numbers)
-            .unwrap_err()
-            .column
-    };
+    let mut column =
+        |format, line: &str| text::parse(shape, format, line, &mut numbers).unwrap_err().column;
     assert_eq!(column(Format::Hex, &line.replacen('0', "g", 1)), 1);
-    assert_eq!(
-        column(Format::Hex, &line[..line.len() - 1]),
-        line.rfind(' ').unwrap() + 2
-    );
+    assert_eq!(column(Format::Hex, &line[..line.len() - 1]), line.rfind(' ').unwrap() + 2);
     assert_eq!(column(Format::Hex, &format!("{line} 00")), line.len() + 2);
-    assert_eq!(
-        column(Format::Hex, &line.replacen(' ', "  ", 1)),
-        line.find(' ').unwrap() + 2
-    );
+    assert_eq!(column(Format::Hex, &line.replacen(' ', "  ", 1)), line.find(' ').unwrap() + 2);
     assert_eq!(column(Format::Readmemh, &line), 1);
     assert_eq!(column(Format::Jsonl, "{\"in\": 1"), 8);
     // A mantissa of −2^23 is no legal input: blocks are symmetric.
-    assert_eq!(
-        column(Format::Hex, &line.replacen("000000", "800000", 1)),
-        1
-    );
+    assert_eq!(column(Format::Hex, &line.replacen("000000", "800000", 1)), 1);
 }
 
 #[test]

@@ -16,9 +16,7 @@ const LARGEST: usize = 64 << 10;
 ///
 /// Lines end in \n on every system. Panics with the first line that differs.
 pub(crate) fn check(name: &str, actual: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/golden")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     if let Err(message) = compare(&path, actual, std::env::var_os(BLESS).is_some()) {
         panic!("{message}");
     }
@@ -28,10 +26,7 @@ pub(crate) fn check(name: &str, actual: &str) {
 pub(crate) fn compare(path: &Path, actual: &str, bless: bool) -> Result<(), String> {
     let shown = path.display();
     if actual.is_empty() || actual.len() > LARGEST {
-        return Err(format!(
-            "{shown}: {} bytes, a golden has 1 to {LARGEST}",
-            actual.len()
-        ));
+        return Err(format!("{shown}: {} bytes, a golden has 1 to {LARGEST}", actual.len()));
     }
     if bless {
         fs::write(path, actual).map_err(|error| format!("{shown}: {error}"))?;
@@ -52,9 +47,7 @@ pub(crate) fn compare(path: &Path, actual: &str, bless: bool) -> Result<(), Stri
             (a, b) => {
                 let text = |side: Option<&str>| side.unwrap_or("(end)").to_owned();
                 let (a, b) = (text(a), text(b));
-                return Err(format!(
-                    "{shown}:{line}\nexpected {a}\nfound    {b}\n{accept}"
-                ));
+                return Err(format!("{shown}:{line}\nexpected {a}\nfound    {b}\n{accept}"));
             }
         }
     }

@@ -22,9 +22,7 @@ pub(crate) struct Both {
 
 impl Both {
     pub(crate) fn left_the_range(&self) -> bool {
-        self.names
-            .iter()
-            .any(|n| OWN.contains(n) || n.ends_with(".saturated"))
+        self.names.iter().any(|n| OWN.contains(n) || n.ends_with(".saturated"))
     }
 }
 
@@ -52,10 +50,7 @@ pub(crate) fn run(
         })
         .collect();
     let left = both.iter().filter(|b| b.left_the_range()).count();
-    assert_eq!(
-        reports.beyond_f32.map_or(0, |(n, _)| n),
-        u64::try_from(left).unwrap_or(0)
-    );
+    assert_eq!(reports.beyond_f32.map_or(0, |(n, _)| n), u64::try_from(left).unwrap_or(0));
     both
 }
 
@@ -69,20 +64,10 @@ pub(crate) fn agree(both: &[Both], steps: f64) {
         let theirs: Vec<&str> = b.f64.flags.names().collect();
         assert_eq!(b.names, theirs, "{i}");
         assert_eq!(b.gpu.probes, b.f64.probes, "{i}");
-        assert!(
-            (b.gpu.lod - b.f64.lod).abs() < 1e-4,
-            "{i}: {} {}",
-            b.gpu.lod,
-            b.f64.lod
-        );
+        assert!((b.gpu.lod - b.f64.lod).abs() < 1e-4, "{i}: {} {}", b.gpu.lod, b.f64.lod);
         for c in 0..3 {
             let off = (b.gpu.color[c] - b.f64.color[c]).abs();
-            assert!(
-                off <= steps / 255.0,
-                "{i}: {:?} {:?}",
-                b.gpu.color,
-                b.f64.color
-            );
+            assert!(off <= steps / 255.0, "{i}: {:?} {:?}", b.gpu.color, b.f64.color);
         }
     }
 }
@@ -91,21 +76,14 @@ pub(crate) fn agree(both: &[Both], steps: f64) {
 pub(crate) fn extreme(fragments: &[Fragment]) {
     on_gpu(|gpu| {
         let both = run(gpu, &Settings::default(), &noisy_cube(64), fragments);
-        assert!(
-            both.iter().all(|b| !b.left_the_range()),
-            "within the range of f32"
-        );
+        assert!(both.iter().all(|b| !b.left_the_range()), "within the range of f32");
         agree(&both, 0.05);
     });
 }
 
 /// v, n along z; ∂n given: D = 2·∂n there.
 pub(crate) fn bent(dn_dx: [f64; 3], dn_dy: [f64; 3]) -> Fragment {
-    Fragment {
-        dn_dx,
-        dn_dy,
-        ..PLAIN
-    }
+    Fragment { dn_dx, dn_dy, ..PLAIN }
 }
 
 #[test]
@@ -121,19 +99,13 @@ fn extreme_k_isotropic() {
 #[test]
 fn extreme_a_equal_to_c_with_b() {
     for sign in [1.0, -1.0] {
-        extreme(&[bent(
-            [0.0625, sign * 0.03125, 0.0],
-            [sign * 0.03125, 0.0625, 0.0],
-        )]);
+        extreme(&[bent([0.0625, sign * 0.03125, 0.0], [sign * 0.03125, 0.0625, 0.0])]);
     }
 }
 
 #[test]
 fn extreme_rank_one_k() {
-    extreme(&[
-        bent([0.1875, -0.25, 0.0], [0.0; 3]),
-        bent([0.0; 3], [0.125, 0.125, 0.0]),
-    ]);
+    extreme(&[bent([0.1875, -0.25, 0.0], [0.0; 3]), bent([0.0; 3], [0.125, 0.125, 0.0])]);
 }
 
 #[test]
@@ -165,22 +137,19 @@ fn extreme_a_normal_that_faces_away() {
 #[test]
 fn extreme_no_reflected_direction() {
     on_gpu(|gpu| {
-        let fragments: Vec<Fragment> = [
-            ([0.0; 3], [1.0, 2.0, 3.0]),
-            ([1.0, 2.0, 3.0], [0.0; 3]),
-            ([-0.0; 3], [-0.0; 3]),
-        ]
-        .map(|(v, n)| Fragment {
-            v,
-            n,
-            dv_dx: [1.0, 2.0, -3.0],
-            dn_dx: [3.0, 1.0, -1.0],
-            h: Some([0.0, 1.0, 0.0]),
-            bump: Some([1.0, 2.0]),
-            rough: Some([1.0, 2.0, 3.0]),
-            ..PLAIN
-        })
-        .to_vec();
+        let fragments: Vec<Fragment> =
+            [([0.0; 3], [1.0, 2.0, 3.0]), ([1.0, 2.0, 3.0], [0.0; 3]), ([-0.0; 3], [-0.0; 3])]
+                .map(|(v, n)| Fragment {
+                    v,
+                    n,
+                    dv_dx: [1.0, 2.0, -3.0],
+                    dn_dx: [3.0, 1.0, -1.0],
+                    h: Some([0.0, 1.0, 0.0]),
+                    bump: Some([1.0, 2.0]),
+                    rough: Some([1.0, 2.0, 3.0]),
+                    ..PLAIN
+                })
+                .to_vec();
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         agree(&both, 0.05);
         for b in &both {
@@ -274,11 +243,7 @@ fn with_table() -> Settings {
     use tapline::policy::Placement;
     use tapline::settings::AngleTable;
     Settings {
-        reference_table: Some(AngleTable {
-            entries: 32,
-            placement: Placement::Edges,
-            order: 0,
-        }),
+        reference_table: Some(AngleTable { entries: 32, placement: Placement::Edges, order: 0 }),
         ..Settings::default()
     }
 }
@@ -298,11 +263,7 @@ fn extreme_alpha_at_a_table_boundary_and_one_ulp_to_each_side() {
         let both = run(gpu, &with_table(), &noisy_cube(64), &fragments);
         // Exactly at the boundary either entry is right: the probes are the same, their line is one of the two.
         agree(
-            &[&both[0], &both[2]].map(|b| Both {
-                gpu: b.gpu,
-                f64: b.f64,
-                names: b.names.clone(),
-            }),
+            &[&both[0], &both[2]].map(|b| Both { gpu: b.gpu, f64: b.f64, names: b.names.clone() }),
             0.05,
         );
         assert_eq!(both[1].gpu.probes, both[1].f64.probes);
@@ -326,10 +287,7 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         let counts: Vec<u32> = both.iter().map(|b| b.gpu.probes).collect();
         assert_eq!((counts[0], counts[2]), (4, 5));
-        assert!(
-            [4, 5].contains(&counts[1]),
-            "at the boundary either is right: {counts:?}"
-        );
+        assert!([4, 5].contains(&counts[1]), "at the boundary either is right: {counts:?}");
         agree(&both[..1], 0.05);
         agree(&both[2..], 0.05);
     });
@@ -338,16 +296,9 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
 #[test]
 fn extreme_one_probe_at_most() {
     on_gpu(|gpu| {
-        let settings = Settings {
-            max_probes: 1,
-            ..Settings::default()
-        };
-        let both = run(
-            gpu,
-            &settings,
-            &noisy_cube(64),
-            &[bent([0.25, 0.0, 0.0], [0.0, 0.03125, 0.0])],
-        );
+        let settings = Settings { max_probes: 1, ..Settings::default() };
+        let both =
+            run(gpu, &settings, &noisy_cube(64), &[bent([0.25, 0.0, 0.0], [0.0, 0.03125, 0.0])]);
         agree(&both, 0.05);
         assert_eq!(both[0].gpu.probes, 1);
     });
@@ -364,10 +315,7 @@ fn extreme_h_parallel_to_n() {
         });
         let both = run(gpu, &Settings::default(), &noisy_cube(64), &fragments);
         agree(&both, 0.05);
-        assert!(
-            both.iter()
-                .all(|b| b.names.contains(&"local_frame.parallel"))
-        );
+        assert!(both.iter().all(|b| b.names.contains(&"local_frame.parallel")));
     });
 }
 
@@ -390,39 +338,22 @@ fn extreme_covariances_with_c_0_with_b_squared_above_ac_and_all_zero() {
 fn extreme_numbers_that_are_not_finite_or_beyond_f32_are_reported() {
     on_gpu(|gpu| {
         let fragments = [
-            Fragment {
-                v: [f64::NAN, 0.0, 1.0],
-                ..PLAIN
-            },
-            Fragment {
-                v: [f64::INFINITY, 0.0, 1.0],
-                ..PLAIN
-            },
-            Fragment {
-                v: [0.0, 0.0, 1e300],
-                ..PLAIN
-            },
-            Fragment {
-                v: [0.0, 0.0, 1e-300],
-                ..PLAIN
-            },
+            Fragment { v: [f64::NAN, 0.0, 1.0], ..PLAIN },
+            Fragment { v: [f64::INFINITY, 0.0, 1.0], ..PLAIN },
+            Fragment { v: [0.0, 0.0, 1e300], ..PLAIN },
+            Fragment { v: [0.0, 0.0, 1e-300], ..PLAIN },
         ];
         let map = noisy_cube(8);
         let settings = Settings::default();
         let engine = GpuEnv::new(gpu, &settings, &map, fragments.first()).expect("a small map");
-        let (results, reports) = engine
-            .filter(&numbered(&fragments), &|_| {})
-            .expect("the device stays");
+        let (results, reports) =
+            engine.filter(&numbered(&fragments), &|_| {}).expect("the device stays");
         let names: Vec<Vec<&str>> = results.iter().map(|r| flag_names(r.flags)).collect();
         assert_eq!(names[0], ["reflect.non_finite"]);
         assert_eq!(names[1], ["reflect.non_finite"]);
         assert!(names[2].contains(&"gpu.input.saturated"), "{names:?}");
         assert!(names[3].contains(&"gpu.input.underflow"), "{names:?}");
         assert_eq!(reports.beyond_f32, Some((2, [2, 0])));
-        assert!(
-            results
-                .iter()
-                .all(|r| r.color.iter().all(|c| c.is_finite()))
-        );
+        assert!(results.iter().all(|r| r.color.iter().all(|c| c.is_finite())));
     });
 }

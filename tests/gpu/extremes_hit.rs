@@ -14,18 +14,11 @@ use crate::support::{assert_explained, compared, noisy_cube, on_gpu};
 const ROOM: Distance = Distance::Box([4.0, 3.0, 2.5]);
 
 fn ray(x: [f64; 3], r: [f64; 3]) -> HitFragment {
-    HitFragment {
-        x,
-        r,
-        cone: Some([0.0009765625, 0.0078125]),
-    }
+    HitFragment { x, r, cone: Some([0.0009765625, 0.0078125]) }
 }
 
 fn with(hit: HitPolicy) -> Settings {
-    Settings {
-        hit,
-        ..Settings::default()
-    }
+    Settings { hit, ..Settings::default() }
 }
 
 /// The rays by the device, every register explained, and by the float reference.
@@ -49,16 +42,9 @@ fn run(
 /// Status, look-ups and flags are the reference's, d and the colour are near its.
 fn agree(both: &[[HitResult; 2]]) {
     for [a, b] in both {
-        assert_eq!(
-            (a.status, a.iterations),
-            (b.status, b.iterations),
-            "{a:?} {b:?}"
-        );
+        assert_eq!((a.status, a.iterations), (b.status, b.iterations), "{a:?} {b:?}");
         assert_eq!(a.flags, b.flags);
-        assert!(
-            a.d == b.d || (a.d - b.d).abs() <= 1e-5 * b.d.abs().max(1.0),
-            "{a:?} {b:?}"
-        );
+        assert!(a.d == b.d || (a.d - b.d).abs() <= 1e-5 * b.d.abs().max(1.0), "{a:?} {b:?}");
         for c in 0..3 {
             assert!((a.color[c] - b.color[c]).abs() <= 1e-3, "{a:?} {b:?}");
         }
@@ -77,25 +63,14 @@ fn extreme(settings: &Settings, distance: &Distance, rays: &[HitFragment], statu
 fn extreme_x_at_beyond_and_outside_of_the_reference_surface() {
     let settings = Settings::default();
     let to = [1.0, 0.125, 0.0625];
-    extreme(
-        &settings,
-        &ROOM,
-        &[ray([4.0, 0.0, 0.0], to)],
-        HitStatus::AtSurface,
-    );
+    extreme(&settings, &ROOM, &[ray([4.0, 0.0, 0.0], to)], HitStatus::AtSurface);
     let outside = [ray([5.0, 0.0, 0.0], to), ray([0.0, 1e6, 0.0], to)];
     extreme(&settings, &ROOM, &outside, HitStatus::Outside);
-    let hlsl = with(HitPolicy {
-        outside: Outside::Hlsl,
-        ..HitPolicy::default()
-    });
+    let hlsl = with(HitPolicy { outside: Outside::Hlsl, ..HitPolicy::default() });
     on_gpu(|gpu| {
         let both = run(gpu, &hlsl, &ROOM, &[ray([5.0, 0.0, 0.0], [1.0, 0.0, 0.0])]);
         agree(&both);
-        assert_eq!(
-            (both[0][0].status, both[0][0].d),
-            (HitStatus::Converged, -1.0)
-        );
+        assert_eq!((both[0][0].status, both[0][0].d), (HitStatus::Converged, -1.0));
     });
 }
 
@@ -106,12 +81,8 @@ fn extreme_p_un_at_1_less_and_more_than_the_tolerance() {
         let rays = [-1.0, 1.0]
             .iter()
             .flat_map(|sign| {
-                [0.5, 2.0].map(|part| {
-                    ray(
-                        [4.0 * (1.0 + sign * part * tau), 0.0, 0.0],
-                        [1.0, 0.25, 0.0],
-                    )
-                })
+                [0.5, 2.0]
+                    .map(|part| ray([4.0 * (1.0 + sign * part * tau), 0.0, 0.0], [1.0, 0.25, 0.0]))
             })
             .collect::<Vec<_>>();
         let both = run(gpu, &Settings::default(), &ROOM, &rays);
@@ -119,11 +90,7 @@ fn extreme_p_un_at_1_less_and_more_than_the_tolerance() {
         let status: Vec<HitStatus> = both.iter().map(|[a, _]| a.status).collect();
         assert_eq!(
             [status[0], status[2], status[3]],
-            [
-                HitStatus::AtSurface,
-                HitStatus::AtSurface,
-                HitStatus::Outside
-            ]
+            [HitStatus::AtSurface, HitStatus::AtSurface, HitStatus::Outside]
         );
         assert_ne!(status[1], HitStatus::AtSurface);
     });
@@ -173,14 +140,8 @@ fn extreme_a_ratio_equal_to_the_other_end_s_and_a_step_of_0() {
             let both = run(gpu, &settings, &Distance::Sphere(2.0), &rays);
             // Without a tolerance a search ends where no bit of an f32 is left: a converged or a stalled one.
             for [a, b] in &both {
-                assert!(
-                    [HitStatus::Converged, HitStatus::Stalled].contains(&a.status),
-                    "{a:?}"
-                );
-                assert!(
-                    (a.d - b.d).abs() <= 4.0 * f64::from(f32::EPSILON) * b.d,
-                    "{a:?} {b:?}"
-                );
+                assert!([HitStatus::Converged, HitStatus::Stalled].contains(&a.status), "{a:?}");
+                assert!((a.d - b.d).abs() <= 4.0 * f64::from(f32::EPSILON) * b.d, "{a:?} {b:?}");
             }
         });
     }
@@ -188,27 +149,17 @@ fn extreme_a_ratio_equal_to_the_other_end_s_and_a_step_of_0() {
 
 #[test]
 fn extreme_r_along_an_axis_and_grazing_rays() {
-    let rays: Vec<HitFragment> = [
-        [1.0, 0.0, 0.0],
-        [0.0, -1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [1.0, 1e-6, 0.0],
-        [1e-20, 1.0, 1e-20],
-    ]
-    .map(|r| ray([1.0, 2.875, -0.25], r))
-    .to_vec();
+    let rays: Vec<HitFragment> =
+        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1e-6, 0.0], [1e-20, 1.0, 1e-20]]
+            .map(|r| ray([1.0, 2.875, -0.25], r))
+            .to_vec();
     on_gpu(|gpu| agree(&run(gpu, &Settings::default(), &ROOM, &rays)));
 }
 
 #[test]
 fn extreme_r_of_0_is_plus_z_and_flagged() {
     on_gpu(|gpu| {
-        let both = run(
-            gpu,
-            &Settings::default(),
-            &ROOM,
-            &[ray([0.5, 0.0, 0.0], [0.0; 3])],
-        );
+        let both = run(gpu, &Settings::default(), &ROOM, &[ray([0.5, 0.0, 0.0], [0.0; 3])]);
         agree(&both);
         assert!(both[0][0].flags.iter().any(|f| f == "hit.no_direction"));
     });
@@ -216,23 +167,10 @@ fn extreme_r_of_0_is_plus_z_and_flagged() {
 
 #[test]
 fn extreme_no_iterations_and_no_tolerance() {
-    let none = with(HitPolicy {
-        iterations: 0,
-        ..HitPolicy::default()
-    });
-    extreme(
-        &none,
-        &ROOM,
-        &[ray([1.0, 0.25, 0.125], [1.0, 0.125, 0.0])],
-        HitStatus::MaxIterations,
-    );
+    let none = with(HitPolicy { iterations: 0, ..HitPolicy::default() });
+    extreme(&none, &ROOM, &[ray([1.0, 0.25, 0.125], [1.0, 0.125, 0.0])], HitStatus::MaxIterations);
     on_gpu(|gpu| {
-        let both = run(
-            gpu,
-            &none,
-            &ROOM,
-            &[ray([1.0, 0.25, 0.125], [1.0, 0.125, 0.0])],
-        );
+        let both = run(gpu, &none, &ROOM, &[ray([1.0, 0.25, 0.125], [1.0, 0.125, 0.0])]);
         assert_eq!((both[0][0].ratio, both[0][0].iterations), (None, 0));
     });
 }
@@ -256,9 +194,7 @@ fn a_room_s_registers_are_compared_one_by_one() {
         let checks = check_hit(gpu, &Settings::default(), (&map, &distance), &rays, &|_| {})
             .expect("the device stays");
         assert_explained(&checks, 10_000);
-        for register in [
-            "r", "radius", "length", "ratio", "step", "d", "l", "tangent", "width",
-        ] {
+        for register in ["r", "radius", "length", "ratio", "step", "d", "l", "tangent", "width"] {
             let compared = compared(&checks, "hit", register);
             assert!(compared >= 400, "hit.{register}: {compared}");
         }

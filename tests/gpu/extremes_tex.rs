@@ -29,12 +29,7 @@ fn texture() -> PlanarMap {
 }
 
 fn request(d: [f64; 3], n: [f64; 3], dp_ds: [f64; 3], dp_dt: [f64; 3]) -> TexFragment {
-    TexFragment {
-        d,
-        n,
-        tangents: Tangents::Surface { dp_ds, dp_dt },
-        st: [0.3, 0.8],
-    }
+    TexFragment { d, n, tangents: Tangents::Surface { dp_ds, dp_dt }, st: [0.3, 0.8] }
 }
 
 fn check(gpu: &Gpu, settings: &Settings, requests: &Requests, least: u64) -> StageChecks {
@@ -46,9 +41,7 @@ fn check(gpu: &Gpu, settings: &Settings, requests: &Requests, least: u64) -> Sta
 fn surfaces(cases: &[(TexFragment, f64)]) -> Requests {
     let numbered = (0u32..).zip(cases);
     Requests {
-        surfaces: numbered
-            .map(|(i, (fragment, width))| ([i, 0], *fragment, *width))
-            .collect(),
+        surfaces: numbered.map(|(i, (fragment, width))| ([i, 0], *fragment, *width)).collect(),
         steps: Vec::new(),
     }
 }
@@ -82,14 +75,10 @@ fn extreme_d_parallel_to_n_across_it_and_zero_vectors() {
 fn extreme_widths_of_0_of_either_sign_and_from_1e_minus_20_to_1e9() {
     on_gpu(|gpu| {
         let fragment = request([0.5, -1.0, 0.25], UP, S, T);
-        let cases: Vec<(TexFragment, f64)> = [0.0, -0.0, -0.25, 1e-20, 1e-9, 1.0, 1e9]
-            .map(|width| (fragment, width))
-            .to_vec();
+        let cases: Vec<(TexFragment, f64)> =
+            [0.0, -0.0, -0.25, 1e-20, 1e-9, 1.0, 1e9].map(|width| (fragment, width)).to_vec();
         for rules in [ConeRules::Note, ConeRules::Otk] {
-            let settings = Settings {
-                cone_rules: rules,
-                ..Settings::default()
-            };
+            let settings = Settings { cone_rules: rules, ..Settings::default() };
             check(gpu, &settings, &surfaces(&cases), 200);
         }
     });
@@ -110,10 +99,7 @@ fn surfaces_and_triangles_have_every_register_compared_under_both_gradients_and_
             let tangents = if i % 2 == 0 {
                 Tangents::Surface { dp_ds: a, dp_dt: b }
             } else {
-                Tangents::Triangle {
-                    edges: [a, b],
-                    st: [[c[0], c[1]], [c[2], d[0]]],
-                }
+                Tangents::Triangle { edges: [a, b], st: [[c[0], c[1]], [c[2], d[0]]] }
             };
             let st = [4.0 * c[0], 3.0 * c[1]];
             cases.push((TexFragment { d, n, tangents, st }, 0.02));
@@ -121,21 +107,14 @@ fn surfaces_and_triangles_have_every_register_compared_under_both_gradients_and_
         for gradient in [ConeGradient::Otk, ConeGradient::Gram] {
             for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
                 let settings = Settings {
-                    tex: TexPolicy {
-                        gradient,
-                        wrap: [wrap; 2],
-                        ..TexPolicy::default()
-                    },
+                    tex: TexPolicy { gradient, wrap: [wrap; 2], ..TexPolicy::default() },
                     ..Settings::default()
                 };
                 let checks = check(gpu, &settings, &surfaces(&cases), 10_000);
-                for register in [
-                    "across", "along", "dp_dx", "dp_dy", "grad_s", "grad_t", "ddx", "ddy", "d",
-                ] {
-                    assert!(
-                        compared(&checks, "surface_footprint", register) >= 380,
-                        "{register}"
-                    );
+                for register in
+                    ["across", "along", "dp_dx", "dp_dy", "grad_s", "grad_t", "ddx", "ddy", "d"]
+                {
+                    assert!(compared(&checks, "surface_footprint", register) >= 380, "{register}");
                 }
                 assert!(compared(&checks, "filter", "bilinear") >= 1000);
             }
@@ -145,10 +124,7 @@ fn surfaces_and_triangles_have_every_register_compared_under_both_gradients_and_
 
 /// Every step from every cone.
 fn steps() -> Requests {
-    let cone = |angle, width| Cone {
-        angle: Angle(angle),
-        width: Width(width),
-    };
+    let cone = |angle, width| Cone { angle: Angle(angle), width: Width(width) };
     let cones = [
         cone(0.0, 0.0),
         cone(-0.0, -0.0),
@@ -160,11 +136,7 @@ fn steps() -> Requests {
         cone(1e30, 1e30),
         cone(1e-30, 1e-30),
     ];
-    let refract = |curvature, outside, inside| Step::Refract {
-        curvature,
-        outside,
-        inside,
-    };
+    let refract = |curvature, outside, inside| Step::Refract { curvature, outside, inside };
     let steps = [
         Step::Propagate(0.0),
         Step::Propagate(100.0),
@@ -182,15 +154,10 @@ fn steps() -> Requests {
         Step::Scatter(0.25),
         Step::Scatter(10.0),
     ];
-    let pairs = cones
-        .iter()
-        .flat_map(|cone| steps.map(move |step| (*cone, step)));
+    let pairs = cones.iter().flat_map(|cone| steps.map(move |step| (*cone, step)));
     Requests {
         surfaces: Vec::new(),
-        steps: (0u32..)
-            .zip(pairs)
-            .map(|(i, (cone, step))| ([i, 0], cone, step))
-            .collect(),
+        steps: (0u32..).zip(pairs).map(|(i, (cone, step))| ([i, 0], cone, step)).collect(),
     }
 }
 
@@ -202,11 +169,7 @@ fn extreme_cones_under_every_step_and_both_rules() {
             (ConeRules::Otk, SetDiffuse::Angle),
             (ConeRules::Otk, SetDiffuse::Exchanged),
         ] {
-            let settings = Settings {
-                cone_rules,
-                set_diffuse,
-                ..Settings::default()
-            };
+            let settings = Settings { cone_rules, set_diffuse, ..Settings::default() };
             let checks = check(gpu, &settings, &steps(), 200);
             assert!(compared(&checks, "ray_cone", "cone") >= 240);
         }
@@ -216,17 +179,12 @@ fn extreme_cones_under_every_step_and_both_rules() {
 #[test]
 fn extreme_a_cone_of_64_bounces_stays_finite_and_explained() {
     on_gpu(|gpu| {
-        let mut cone = Cone {
-            angle: Angle(0.001),
-            width: Width(0.01),
-        };
+        let mut cone = Cone { angle: Angle(0.001), width: Width(0.01) };
         let mut requests = Requests::default();
         let settings = Settings::default();
         for i in 0..64 {
-            for step in [
-                Step::Propagate(1.0),
-                Step::Reflect(if i % 2 == 0 { 0.5 } else { -0.25 }),
-            ] {
+            for step in [Step::Propagate(1.0), Step::Reflect(if i % 2 == 0 { 0.5 } else { -0.25 })]
+            {
                 requests.steps.push(([i, 0], cone, step));
                 cone = tapline::reference::ray_cone::ray_cone(
                     cone,

@@ -2,10 +2,7 @@
 //!
 //! Tests that need an adapter run on the best one there is. Without one they say so on stderr and pass, or fail where
 //! `TAPLINE_REQUIRE_GPU` is 1.
-#![expect(
-    clippy::float_cmp,
-    reason = "infinities, and what is exact by construction"
-)]
+#![expect(clippy::float_cmp, reason = "infinities, and what is exact by construction")]
 
 mod extremes;
 mod extremes_hit;

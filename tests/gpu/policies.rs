@@ -57,13 +57,7 @@ fn env_off(
     let texture = Texture::new(map);
     let mut worst = 0.0f64;
     for (result, f) in results.iter().zip(all) {
-        let there = env(
-            &prepared,
-            &f.fragment,
-            map.size(),
-            Some(&texture),
-            &mut NoTap,
-        );
+        let there = env(&prepared, &f.fragment, map.size(), Some(&texture), &mut NoTap);
         // Another count is a decision at its boundary, which the stage checks judge.
         if there.probes == result.probes {
             for c in 0..3 {
@@ -83,83 +77,17 @@ fn every_policy_of_env_is_honoured() {
         let (_, plain) = env_off(gpu, &base, &map, &all);
         let turned = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]];
         let cases: Vec<(&str, Settings)> = vec![
-            (
-                "dnmod paper",
-                Settings {
-                    dnmod: Dnmod::Paper,
-                    ..base.clone()
-                },
-            ),
-            (
-                "dnmod frame",
-                Settings {
-                    dnmod: Dnmod::Frame,
-                    ..base.clone()
-                },
-            ),
-            (
-                "minor det",
-                Settings {
-                    minor: Minor::Det,
-                    ..base.clone()
-                },
-            ),
-            (
-                "longer",
-                Settings {
-                    axis: Axis::LongerDerivative,
-                    ..base.clone()
-                },
-            ),
-            (
-                "round",
-                Settings {
-                    count: Count::Round,
-                    ..base.clone()
-                },
-            ),
-            (
-                "pow2",
-                Settings {
-                    count: Count::Pow2,
-                    ..base.clone()
-                },
-            ),
-            (
-                "feline",
-                Settings {
-                    count: Count::Feline,
-                    ..base.clone()
-                },
-            ),
-            (
-                "5 probes",
-                Settings {
-                    max_probes: 5,
-                    ..base.clone()
-                },
-            ),
-            (
-                "gaussian",
-                Settings {
-                    weights: Weights::Gaussian,
-                    ..base.clone()
-                },
-            ),
-            (
-                "scale",
-                Settings {
-                    roughness_scale: 12f64.sqrt(),
-                    ..base.clone()
-                },
-            ),
-            (
-                "rotation",
-                Settings {
-                    rotation: turned,
-                    ..base.clone()
-                },
-            ),
+            ("dnmod paper", Settings { dnmod: Dnmod::Paper, ..base.clone() }),
+            ("dnmod frame", Settings { dnmod: Dnmod::Frame, ..base.clone() }),
+            ("minor det", Settings { minor: Minor::Det, ..base.clone() }),
+            ("longer", Settings { axis: Axis::LongerDerivative, ..base.clone() }),
+            ("round", Settings { count: Count::Round, ..base.clone() }),
+            ("pow2", Settings { count: Count::Pow2, ..base.clone() }),
+            ("feline", Settings { count: Count::Feline, ..base.clone() }),
+            ("5 probes", Settings { max_probes: 5, ..base.clone() }),
+            ("gaussian", Settings { weights: Weights::Gaussian, ..base.clone() }),
+            ("scale", Settings { roughness_scale: 12f64.sqrt(), ..base.clone() }),
+            ("rotation", Settings { rotation: turned, ..base.clone() }),
         ];
         for (name, settings) in cases {
             let checks = check_env(gpu, &settings, &map, &all, &|_| {}).expect("the device stays");
@@ -168,10 +96,7 @@ fn every_policy_of_env_is_honoured() {
             let (off, colors) = env_off(gpu, &settings, &map, &all);
             assert!(off < 1e-3, "{name}: {off}");
             // λ2 by either way is the same but for rounding; every other policy shows.
-            assert!(
-                name == "minor det" || colors != plain,
-                "{name} changes nothing"
-            );
+            assert!(name == "minor det" || colors != plain, "{name} changes nothing");
         }
     });
 }
@@ -195,63 +120,19 @@ fn every_policy_of_hit_is_honoured() {
         let cube = map_of_walls();
         let pixels: Vec<_> = (0u32..).zip(&rays).map(|(i, ray)| ([i, 0], *ray)).collect();
         let hit = HitPolicy::default();
-        let with = |hit| Settings {
-            hit,
-            ..Settings::default()
-        };
+        let with = |hit| Settings { hit, ..Settings::default() };
         let cases = [
             ("plain", with(hit)),
-            (
-                "secant",
-                with(HitPolicy {
-                    method: Method::Secant,
-                    iterations: 8,
-                    ..hit
-                }),
-            ),
-            (
-                "illinois",
-                with(HitPolicy {
-                    method: Method::Illinois,
-                    iterations: 8,
-                    ..hit
-                }),
-            ),
-            (
-                "nearest",
-                with(HitPolicy {
-                    look_up: LookUp::Nearest,
-                    ..hit
-                }),
-            ),
-            (
-                "plane",
-                with(HitPolicy {
-                    footprint: HitFootprint::Plane,
-                    ..hit
-                }),
-            ),
-            (
-                "hlsl",
-                with(HitPolicy {
-                    outside: Outside::Hlsl,
-                    ..hit
-                }),
-            ),
-            (
-                "tolerance",
-                with(HitPolicy {
-                    tolerance_bits: Some(4),
-                    ..hit
-                }),
-            ),
+            ("secant", with(HitPolicy { method: Method::Secant, iterations: 8, ..hit })),
+            ("illinois", with(HitPolicy { method: Method::Illinois, iterations: 8, ..hit })),
+            ("nearest", with(HitPolicy { look_up: LookUp::Nearest, ..hit })),
+            ("plane", with(HitPolicy { footprint: HitFootprint::Plane, ..hit })),
+            ("hlsl", with(HitPolicy { outside: Outside::Hlsl, ..hit })),
+            ("tolerance", with(HitPolicy { tolerance_bits: Some(4), ..hit })),
             (
                 "constant",
                 Settings {
-                    tex: TexPolicy {
-                        env: ConeEnv::Otk,
-                        ..TexPolicy::default()
-                    },
+                    tex: TexPolicy { env: ConeEnv::Otk, ..TexPolicy::default() },
                     ..Settings::default()
                 },
             ),
@@ -259,11 +140,7 @@ fn every_policy_of_hit_is_honoured() {
         for (name, settings) in cases {
             let room = Distance::Box([2.0, 1.5, 1.75]);
             let both = [&cube, &room];
-            let distances = if ["plain", "plane"].contains(&name) {
-                &both[..]
-            } else {
-                &both[..1]
-            };
+            let distances = if ["plain", "plane"].contains(&name) { &both[..] } else { &both[..1] };
             for distance in distances {
                 let maps = (&map, *distance);
                 let checks =
@@ -283,11 +160,7 @@ fn every_policy_of_hit_is_honoured() {
                 };
                 let alike = here.iter().zip(&there).filter(same).count();
                 // Searches that end at the limit of the tolerance, and texels of the nearest look-up, may go either way.
-                assert!(
-                    alike * 100 >= 97 * rays.len(),
-                    "{name}: {alike} of {}",
-                    rays.len()
-                );
+                assert!(alike * 100 >= 97 * rays.len(), "{name}: {alike} of {}", rays.len());
             }
         }
     });

@@ -20,10 +20,7 @@ fn parsed(source: &str, name: &str) -> naga::Module {
 #[test]
 fn every_kernel_is_valid_without_any_optional_capability() {
     let kernels = Kernel::all();
-    assert!(
-        kernels.len() >= 19,
-        "four operations, fourteen stages, filter on 2-D textures"
-    );
+    assert!(kernels.len() >= 19, "four operations, fourteen stages, filter on 2-D textures");
     for kernel in kernels {
         let source = kernel.source();
         let module = parsed(&source, kernel.name());
@@ -49,12 +46,8 @@ fn tint_accepts_every_kernel_where_it_is_installed() {
         return;
     }
     for kernel in Kernel::all() {
-        let mut file = tempfile::Builder::new()
-            .suffix(".wgsl")
-            .tempfile()
-            .expect("a temporary");
-        file.write_all(kernel.source().as_bytes())
-            .expect("room for a shader");
+        let mut file = tempfile::Builder::new().suffix(".wgsl").tempfile().expect("a temporary");
+        file.write_all(kernel.source().as_bytes()).expect("room for a shader");
         let out = Command::new("tint")
             .args(["--format", "wgsl", "-o"])
             .arg(if cfg!(windows) { "NUL" } else { "/dev/null" })
@@ -83,10 +76,7 @@ fn the_uniform_has_the_members_that_the_host_writes_at_their_offsets() {
     assert_eq!(members.len(), host.len());
     let mut offset = 0;
     for (member, (name, words)) in members.iter().zip(&host) {
-        assert_eq!(
-            (member.name.as_deref(), member.offset),
-            (Some(*name), offset)
-        );
+        assert_eq!((member.name.as_deref(), member.offset), (Some(*name), offset));
         offset += 4 * u32::try_from(words.len()).expect("a few words");
     }
     assert_eq!(*span, offset, "no padding at the end");
@@ -171,9 +161,6 @@ fn flags_are_the_bits_of_the_reference_s_flags() {
     let flags = tapline::reference::Flag::ALL;
     assert_eq!(flags.len(), names.len());
     for (flag, name) in flags.iter().zip(names) {
-        assert_eq!(
-            constant(&module, &format!("FLAG_{name}")),
-            1 << *flag as u32
-        );
+        assert_eq!(constant(&module, &format!("FLAG_{name}")), 1 << *flag as u32);
     }
 }

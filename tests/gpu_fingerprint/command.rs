@@ -18,21 +18,11 @@ fn gpu_list_prints_text_and_json_with_and_without_a_driver() {
     for adapter in adapters {
         let name = adapter["name"].as_str().expect("a name");
         assert!(text.contains(name), "{text}");
-        for key in [
-            "backend",
-            "driver",
-            "driver_info",
-            "type",
-            "limits",
-            "features",
-        ] {
+        for key in ["backend", "driver", "driver_info", "type", "limits", "features"] {
             assert!(adapter.get(key).is_some(), "{key}");
         }
     }
-    assert_eq!(
-        value["used_limits"]["maxStorageBufferBindingSize"],
-        134_217_728
-    );
+    assert_eq!(value["used_limits"]["maxStorageBufferBindingSize"], 134_217_728);
 }
 
 #[test]
@@ -57,28 +47,13 @@ fn fingerprint_writes_picture_json_and_text() {
     assert_eq!(read("fingerprint.txt"), printed.as_bytes());
     assert!(read("fingerprint.png").starts_with(b"\x89PNG"));
     let value: serde_json::Value = serde_json::from_slice(&read("fingerprint.json")).expect("JSON");
-    for key in [
-        "version",
-        "adapter",
-        "weights",
-        "levels",
-        "gradients",
-        "anisotropy",
-        "cube",
-        "checks",
-    ] {
+    for key in
+        ["version", "adapter", "weights", "levels", "gradients", "anisotropy", "cube", "checks"]
+    {
         assert!(value.get(key).is_some(), "{key}");
     }
     let again = folder.path().join("alone.png");
-    tapline(&[
-        "fingerprint",
-        "--json",
-        "-",
-        "--out",
-        &again.display().to_string(),
-    ])
-    .done()
-    .json();
+    tapline(&["fingerprint", "--json", "-", "--out", &again.display().to_string()]).done().json();
     assert!(std::fs::metadata(again).expect("written").len() > 10_000);
 }
 
@@ -99,18 +74,10 @@ fn sampler_runs_only_where_it_is_named_and_refuses_tex_scenes() {
         assert!((10.0..80.0).contains(&psnr), "{scene}: {psnr}");
     }
     let args = [&["compare", "sphere", "--samples", "4"][..], &size].concat();
-    assert!(
-        tapline(&args).done().json()["engines"]
-            .get("sampler")
-            .is_none()
-    );
-    tapline(&[
-        "compare",
-        "convex",
-        "--engines",
-        "sampler,f64",
-        "--size",
-        "24x24",
-    ])
-    .refused(&["sampler", "ENV and HIT", "a scene of TEX"]);
+    assert!(tapline(&args).done().json()["engines"].get("sampler").is_none());
+    tapline(&["compare", "convex", "--engines", "sampler,f64", "--size", "24x24"]).refused(&[
+        "sampler",
+        "ENV and HIT",
+        "a scene of TEX",
+    ]);
 }

@@ -22,34 +22,16 @@ fn the_device_keeps_the_rules_that_every_api_demands() {
     let found = of(&gpu);
     for w in &found.weights {
         // The four weights of a look-up sum to 1; of 8-bit colours each of the four may be rounded by half a step.
-        let limit = if w.format == Format::Unorm8 {
-            2.0 / 255.0
-        } else {
-            1.0 / 256.0
-        };
+        let limit = if w.format == Format::Unorm8 { 2.0 / 255.0 } else { 1.0 / 256.0 };
         assert!(w.sum <= limit, "{}: {}", w.format.name(), w.sum);
         assert!(w.axes.iter().all(|s| s.rising), "{}", w.format.name());
-        assert!(
-            w.axes.iter().all(|s| s.distinct > 32),
-            "{}",
-            w.format.name()
-        );
+        assert!(w.axes.iter().all(|s| s.distinct > 32), "{}", w.format.name());
     }
     assert!(found.coordinates.clamps);
-    assert!(
-        found
-            .coordinates
-            .edge
-            .iter()
-            .all(|w| (w - 1.0).abs() < 1e-6)
-    );
+    assert!(found.coordinates.edge.iter().all(|w| (w - 1.0).abs() < 1e-6));
     // Vulkan asks for at least 4 bits of the level of detail.
     assert!(found.mips.distinct > 16);
-    assert!(
-        honours(found.neighbours[0].1),
-        "clamp 1: {:?}",
-        found.neighbours[0]
-    );
+    assert!(honours(found.neighbours[0].1), "clamp 1: {:?}", found.neighbours[0]);
     assert!(found.curve.repeats < 1.0 / 64.0);
 }
 
@@ -64,16 +46,9 @@ fn debian_12_lavapipe_is_described_and_every_look_up_is_predicted() {
     let found = of(&gpu);
     for w in &found.weights {
         let bytes = w.format == Format::Unorm8;
-        let eight = Steps::Bits {
-            bits: 8,
-            rounding: Rounding::NearestEven,
-        };
+        let eight = Steps::Bits { bits: 8, rounding: Rounding::NearestEven };
         let steps = if bytes { eight } else { Steps::Smooth };
-        assert!(
-            w.axes.iter().all(|s| (s.steps, s.off) == (steps, 0)),
-            "{}",
-            w.format.name()
-        );
+        assert!(w.axes.iter().all(|s| (s.steps, s.off) == (steps, 0)), "{}", w.format.name());
     }
     assert_eq!(found.curve.logs[0].rule, Log::MantissaOfSquare);
     assert_eq!(found.rho[0].rule, Rho::Longer);

@@ -17,13 +17,7 @@ pub(crate) fn rules(shape: Shape, lod: LodRule, line: Line) -> Vec<Rule> {
     let mut rules = Vec::new();
     for clamp in CLAMPS.into_iter().filter(|c| *c > 1) {
         for source in [Source::Gradient, Source::Quad] {
-            rules.push(Rule {
-                shape,
-                source,
-                clamp,
-                lod,
-                line,
-            });
+            rules.push(Rule { shape, source, clamp, lod, line });
         }
     }
     rules
@@ -60,21 +54,9 @@ pub(crate) fn orthodox() -> Model {
 
 /// Something that no driver does: few bits, cheap lengths, no anisotropy on cubes, faces that know no neighbours.
 pub(crate) fn odd() -> Model {
-    let lod = LodRule {
-        width: Width::Clamped,
-        lengths: Lengths::Ellipse,
-        mix: Mix::Nearest,
-    };
-    let cube = LodRule {
-        width: Width::Major,
-        lengths: Lengths::Derivatives,
-        mix: Mix::Between,
-    };
-    let mut all = rules(
-        Shape::Planar,
-        lod,
-        Line::Taps(Count::Even, Spacing::Between),
-    );
+    let lod = LodRule { width: Width::Clamped, lengths: Lengths::Ellipse, mix: Mix::Nearest };
+    let cube = LodRule { width: Width::Major, lengths: Lengths::Derivatives, mix: Mix::Between };
+    let mut all = rules(Shape::Planar, lod, Line::Taps(Count::Even, Spacing::Between));
     all.extend(rules(Shape::Cube, cube, Line::Single));
     Model {
         texels: bits(6, Rounding::Floor),

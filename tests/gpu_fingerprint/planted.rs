@@ -29,10 +29,7 @@ fn every_staircase_of_up_to_ten_bits_is_recognised_and_smooth_weights_are_none()
             assert_eq!((found.off, found.distinct), (0, (1 << width) + 1));
             // The output's own rounding to 11 bits, as in half floats, does not hide up to 8 bits.
             if width <= 8 {
-                assert_eq!(
-                    sweep(|f| (rule.weight(f) * 2048.0).round() / 2048.0).steps,
-                    rule
-                );
+                assert_eq!(sweep(|f| (rule.weight(f) * 2048.0).round() / 2048.0).steps, rule);
             }
         }
     }
@@ -44,13 +41,7 @@ fn every_staircase_of_up_to_ten_bits_is_recognised_and_smooth_weights_are_none()
 #[test]
 fn fails_when_a_staircase_has_a_wrong_step() {
     let rule = bits(6, Rounding::Nearest);
-    let found = sweep(|f| {
-        if (0.50..0.53).contains(&f) {
-            0.25
-        } else {
-            rule.weight(f)
-        }
-    });
+    let found = sweep(|f| if (0.50..0.53).contains(&f) { 0.25 } else { rule.weight(f) });
     assert_eq!(found.steps, rule);
     assert!(found.off > 100 && !found.rising, "{} off", found.off);
 }
@@ -85,12 +76,7 @@ fn every_projection_to_a_face_is_told_from_the_others() {
 
 #[test]
 fn every_logarithm_is_told_from_the_others() {
-    for log in [
-        Log::Exact,
-        Log::Mantissa,
-        Log::MantissaOfSquare,
-        Log::MiddleHalf,
-    ] {
+    for log in [Log::Exact, Log::Mantissa, Log::MantissaOfSquare, Log::MiddleHalf] {
         let mut model = orthodox();
         model.octave = log.octave();
         let found = curve(&mut model).expect("a model does not fail");
@@ -103,24 +89,14 @@ fn every_logarithm_is_told_from_the_others() {
 
 #[test]
 fn every_corner_and_seam_is_told_from_the_others() {
-    for (seam, corner) in Corner::ALL
-        .map(|c| (Seam::Neighbour, c))
-        .into_iter()
-        .chain([(Seam::Clamped, Corner::Mean)])
+    for (seam, corner) in
+        Corner::ALL.map(|c| (Seam::Neighbour, c)).into_iter().chain([(Seam::Clamped, Corner::Mean)])
     {
-        let mut model = Model {
-            seam,
-            corner,
-            ..orthodox()
-        };
+        let mut model = Model { seam, corner, ..orthodox() };
         let known = orthodox();
         let found = cube::seams(&mut model, &known).expect("a model does not fail");
         assert_eq!(found.rule, (seam, corner));
-        assert!(
-            found.ranked[0].1 < 1e-6 && found.ranked[1].1 > 1e-3,
-            "{:?}",
-            found.ranked
-        );
+        assert!(found.ranked[0].1 < 1e-6 && found.ranked[1].1 > 1e-3, "{:?}", found.ranked);
     }
 }
 
@@ -139,12 +115,7 @@ fn taps_are_found_at_every_angle_where_they_are() {
         (Shape::Cube, 165.0),
     ] {
         for ratio in [1.0, 2.0, 3.5, 8.0, 16.0] {
-            asked.push(Footprint {
-                shape,
-                clamp: 16,
-                ratio,
-                degrees,
-            });
+            asked.push(Footprint { shape, clamp: 16, ratio, degrees });
         }
     }
     let found = taps(&mut model, Source::Gradient, &asked).expect("a model does not fail");
@@ -165,15 +136,8 @@ fn taps_are_found_at_every_angle_where_they_are() {
             let turned = (tap.offset[0] + want[0]).hypot(tap.offset[1] + want[1]);
             // f32 coordinates on 256 texels: 2^-16 texel, which is less; colours to 2^-24 of 160, times 16 steps a texel and 16 taps.
             let tolerance = 160.0 * 16.0 * 16.0 * 2.0f64.powi(-24);
-            assert!(
-                off.min(turned) < tolerance,
-                "{:?} tap {i}: {tap:?}, {want:?}",
-                t.footprint
-            );
-            assert!(
-                (tap.weight * count - 1.0).abs() < tolerance * count,
-                "{tap:?}"
-            );
+            assert!(off.min(turned) < tolerance, "{:?} tap {i}: {tap:?}, {want:?}", t.footprint);
+            assert!((tap.weight * count - 1.0).abs() < tolerance * count, "{tap:?}");
         }
     }
 }
@@ -184,11 +148,7 @@ fn libm_exp2(x: f64) -> f64 {
 
 /// Everything that a model was given.
 fn assert_found(model: &Model, found: &Fingerprint) {
-    let half = found
-        .weights
-        .iter()
-        .find(|w| w.format == Format::Half)
-        .expect("measured");
+    let half = found.weights.iter().find(|w| w.format == Format::Half).expect("measured");
     assert_eq!(half.axes[0].steps, model.texels);
     assert_eq!(half.axes[1].steps, model.texels);
     assert_eq!(found.mips.steps, model.mips);
@@ -199,11 +159,7 @@ fn assert_found(model: &Model, found: &Fingerprint) {
         let fits = |r: &&tapline::fingerprint::model::Rule| {
             (r.shape, r.source, r.clamp) == (f.rule.shape, f.rule.source, f.rule.clamp)
         };
-        let planted = model
-            .rules
-            .iter()
-            .find(fits)
-            .expect("a rule for every kind");
+        let planted = model.rules.iter().find(fits).expect("a rule for every kind");
         assert_eq!(f.rule.line, planted.line, "{:?}", f.rule);
         assert_eq!(f.rule.lod, planted.lod, "{:?}", f.rule);
     }
@@ -223,12 +179,9 @@ fn an_orthodox_unit_is_found_with_every_rule_and_predicts_itself() {
     assert_eq!(found.curve.bits, Some(8));
     assert!(found.quad_map.is_empty(), "given derivatives are honoured");
     let text = text(&found);
-    for part in [
-        "256 steps (8 bits), rounded to nearest",
-        "ceil(ratio)",
-        "8 fraction bits",
-        "honoured",
-    ] {
+    for part in
+        ["256 steps (8 bits), rounded to nearest", "ceil(ratio)", "8 fraction bits", "honoured"]
+    {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     assert!(!text.contains("IGNORED"));
@@ -250,11 +203,7 @@ fn an_odd_unit_is_found_with_every_rule_and_predicts_itself() {
 
 #[test]
 fn an_ellipse_is_told_from_taps_and_its_seams_from_each_other() {
-    let lod = LodRule {
-        width: Width::Minor,
-        lengths: Lengths::Derivatives,
-        mix: Mix::Floor,
-    };
+    let lod = LodRule { width: Width::Minor, lengths: Lengths::Derivatives, mix: Mix::Floor };
     for (shape, seam) in [
         (Shape::Planar, Seam::Clamped),
         (Shape::Cube, Seam::Clamped),
@@ -262,18 +211,11 @@ fn an_ellipse_is_told_from_taps_and_its_seams_from_each_other() {
     ] {
         let mut unit = orthodox();
         unit.rules = rules(shape, lod, Line::Ellipse(seam));
-        let rule = Rule {
-            line: Line::Single,
-            ..unit.rules[0]
-        };
+        let rule = Rule { line: Line::Single, ..unit.rules[0] };
         let claims = unit.clone();
         let lines = lines(&mut unit, &claims, rule).expect("a model does not fail");
         assert_eq!(lines[0].rule, Line::Ellipse(seam));
-        assert!(
-            lines[0].worst < 1e-6 && lines[1].mean > 1e-3,
-            "{:?}",
-            &lines[..2]
-        );
+        assert!(lines[0].worst < 1e-6 && lines[1].mean > 1e-3, "{:?}", &lines[..2]);
     }
 }
 
@@ -298,12 +240,7 @@ fn coordinates_edges_ties_and_level_weights_of_a_model_are_its_own() {
     assert!(found.edge.iter().all(|w| (w - 1.0).abs() < 1e-6));
     let found = ties(&mut model).expect("a model does not fail");
     assert_eq!((found.expected, found.seen.len()), (20, 20));
-    assert_eq!(
-        mip_weights(&mut model)
-            .expect("a model does not fail")
-            .steps,
-        model.mips
-    );
+    assert_eq!(mip_weights(&mut model).expect("a model does not fail").steps, model.mips);
     let found = weights(&mut model, Format::Unorm8).expect("a model does not fail");
     assert!(found.separable < 1e-6 && found.sum < 1e-6);
 }

@@ -105,12 +105,7 @@ fn search(x: [f64; 3], r: [f64; 3], method: Method, steps: u32) -> End {
         d = d + step;
         before = side;
     }
-    End {
-        d,
-        l: at(d),
-        status,
-        margin,
-    }
+    End { d, l: at(d), status, margin }
 }
 
 #[test]

@@ -45,11 +45,7 @@ struct Values(BTreeMap<(Reg, usize), (i64, i64)>);
 
 impl Tap for Values {
     fn put(&mut self, _: usize, reg: Reg, component: usize, raw: i64, frac: i64) {
-        let zeros = if raw == 0 {
-            0
-        } else {
-            i64::from(raw.trailing_zeros())
-        };
+        let zeros = if raw == 0 { 0 } else { i64::from(raw.trailing_zeros()) };
         let frac = if raw == 0 { 0 } else { frac - zeros };
         self.0.insert((reg, component), (raw >> zeros, frac));
     }
@@ -107,10 +103,7 @@ struct Run {
 }
 
 fn run(spec: &UnitSpec, maps: &[Distance], rays: &[HitFragment]) -> Option<Run> {
-    let mut out = Run {
-        registers: Vec::new(),
-        results: Vec::new(),
-    };
+    let mut out = Run { registers: Vec::new(), results: Vec::new() };
     for map in maps {
         let engine = HitRtl::new(spec, map, None, 64).ok()?;
         for ray in rays {
@@ -168,9 +161,7 @@ fn dead_modes(reg: Reg, maps: &[Distance], rays: &[HitFragment]) -> Vec<String> 
             break;
         }
     }
-    left.iter()
-        .map(|m| format!("{path}.overflow = {}", m.name()))
-        .collect()
+    left.iter().map(|m| format!("{path}.overflow = {}", m.name())).collect()
 }
 
 #[test]
@@ -250,8 +241,7 @@ fn f64_honours_every_policy_of_hit() {
         }
     }
     let mut spec = UnitSpec::default();
-    spec.set("hit.iterations", &Value::Integer(3))
-        .expect("legal");
+    spec.set("hit.iterations", &Value::Integer(3)).expect("legal");
     assert_ne!(results(&spec), base);
     // The footprint's shape shows in D.
     let mut plane = UnitSpec::default();

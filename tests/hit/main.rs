@@ -151,11 +151,7 @@ fn rtl_is_within_a_tenth_of_a_degree_of_f64_at_the_99th_percentile_in_a_box_room
 }
 
 fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let sine = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]).sqrt();
     libm::atan2(sine, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).to_degrees()
 }
@@ -199,11 +195,7 @@ fn extreme_tolerance_0_stalls_or_converges_exactly() {
     let bounds = [unit + 4.0 * unit / 16.0, 1e-12];
     let results = both(&spec, &ROOM, &ray([1.0, 0.7, 0.3], [-0.3, 0.2, 0.5]));
     for (result, bound) in results.iter().zip(bounds) {
-        let ended = [
-            HitStatus::Stalled,
-            HitStatus::Converged,
-            HitStatus::MaxIterations,
-        ];
+        let ended = [HitStatus::Stalled, HitStatus::Converged, HitStatus::MaxIterations];
         assert!(ended.contains(&result.status));
         let ratio = result.ratio.expect("look-ups");
         assert!((ratio - 1.0).abs() < bound, "{ratio}");
@@ -260,19 +252,11 @@ fn extreme_equal_ratios_on_both_sides_and_a_step_of_0_stall() {
     // hlsl from far outside: the ratio register is at its top on both ends of the bracket, f − p = 0.
     let mut spec = UnitSpec::default();
     spec.config.hit.outside = Outside::Hlsl;
-    let [rtl, _] = both(
-        &spec,
-        &Distance::Sphere(1.0),
-        &ray([0.0, 3.0, 0.0], [1.0, 0.0, 0.0]),
-    );
+    let [rtl, _] = both(&spec, &Distance::Sphere(1.0), &ray([0.0, 3.0, 0.0], [1.0, 0.0, 0.0]));
     assert!([HitStatus::Stalled, HitStatus::MaxIterations].contains(&rtl.status));
     // A map of zeros: every f is the largest, on both engines.
     let (zeros, _) = DistanceCube::cleaned(1, vec![0.0; 6]).expect("six texels");
-    for result in both(
-        &spec,
-        &Distance::Cube(zeros),
-        &ray([0.5, 0.0, 0.0], [1.0, 0.0, 0.0]),
-    ) {
+    for result in both(&spec, &Distance::Cube(zeros), &ray([0.5, 0.0, 0.0], [1.0, 0.0, 0.0])) {
         assert_eq!(result.status, HitStatus::Stalled, "{result:?}");
         assert_eq!(result.iterations, 1);
     }

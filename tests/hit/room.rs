@@ -13,11 +13,7 @@ use tapline::unit::{ReferenceAxis, UnitSpec};
 fn rtl_hits_within_a_tenth_of_a_degree_of_f64_at_the_99th_percentile() {
     let spec = UnitSpec::default();
     for name in ["room", "columns", "doorway"] {
-        let options = SceneOptions {
-            width: 96,
-            height: 96,
-            ..SceneOptions::default()
-        };
+        let options = SceneOptions { width: 96, height: 96, ..SceneOptions::default() };
         let scene = build(name, &options).expect("a built-in scene");
         let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
         let distance = Distance::Cube(impostor.distance);
@@ -25,11 +21,8 @@ fn rtl_hits_within_a_tenth_of_a_degree_of_f64_at_the_99th_percentile() {
         let rtl = HitRtl::new(&spec, &distance, None, 256).expect("the default unit");
         let float = HitF64::new(&spec.settings(ReferenceAxis::Exact), &distance, None, 256);
         let (here, there) = (rtl.filter(&rays, &|_| {}), float.filter(&rays, &|_| {}));
-        let mut errors: Vec<f64> = here
-            .iter()
-            .zip(&there)
-            .map(|(a, b)| degrees(a.l, b.l))
-            .collect();
+        let mut errors: Vec<f64> =
+            here.iter().zip(&there).map(|(a, b)| degrees(a.l, b.l)).collect();
         errors.sort_by(f64::total_cmp);
         let p99 = errors[errors.len() * 99 / 100];
         println!("{name}: {} rays, p99 {p99:.5} degrees", errors.len());

@@ -24,9 +24,7 @@ const DAMAGED: u64 = 60;
 const MOST_BYTES: usize = 37 << 20;
 
 fn folder(reader: Reader) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fuzz/corpus")
-        .join(reader.name())
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(reader.name())
 }
 
 fn corpus(reader: Reader) -> Vec<(String, Vec<u8>)> {
@@ -73,16 +71,8 @@ fn damage(bytes: &[u8], seed: u64) -> Vec<u8> {
 
 /// An error that helps.
 fn useful(error: &InputError) -> bool {
-    let InputError {
-        subject,
-        expected,
-        found,
-        remedy,
-        ..
-    } = error;
-    [subject, expected, found, remedy]
-        .iter()
-        .all(|s| !s.is_empty())
+    let InputError { subject, expected, found, remedy, .. } = error;
+    [subject, expected, found, remedy].iter().all(|s| !s.is_empty())
 }
 
 #[test]
@@ -109,10 +99,7 @@ fn the_corpus_and_damaged_copies_of_it_end_in_an_answer_or_a_helpful_error_withi
             MEMORY.reset_peak_usage();
             let result = reader.read(bytes, IMAGE_MB);
             worst = worst.max((MEMORY.peak_usage() - before, file.clone()));
-            assert!(
-                result.as_ref().err().is_none_or(useful),
-                "{name}/{file}: {result:?}"
-            );
+            assert!(result.as_ref().err().is_none_or(useful), "{name}/{file}: {result:?}");
         }
         assert!(worst.0 <= MOST_BYTES, "{name}: {worst:?}");
         println!(
@@ -157,12 +144,7 @@ fn every_folder_of_the_corpus_has_a_reader_and_no_file_is_large() {
     let root = folder(Reader::Unit).parent().unwrap().to_path_buf();
     for entry in std::fs::read_dir(root).unwrap() {
         let name = entry.unwrap().file_name();
-        assert!(
-            Reader::ALL
-                .iter()
-                .any(|r| r.name() == name.to_string_lossy()),
-            "{name:?}"
-        );
+        assert!(Reader::ALL.iter().any(|r| r.name() == name.to_string_lossy()), "{name:?}");
     }
     for reader in Reader::ALL {
         for (file, bytes) in corpus(reader) {

@@ -56,9 +56,8 @@ pub(crate) const COMPRESSIONS: [Compression; 10] = [
 pub(crate) fn encoding(compression: Compression, tile: Option<(usize, usize)>) -> Encoding {
     Encoding {
         compression,
-        blocks: tile.map_or(exr::image::Blocks::ScanLines, |(w, h)| {
-            exr::image::Blocks::Tiles(Vec2(w, h))
-        }),
+        blocks: tile
+            .map_or(exr::image::Blocks::ScanLines, |(w, h)| exr::image::Blocks::Tiles(Vec2(w, h))),
         line_order: LineOrder::Increasing,
     }
 }
@@ -71,29 +70,16 @@ pub(crate) fn exr_file(
     encoding: Encoding,
     attributes: LayerAttributes,
 ) -> Vec<u8> {
-    let list = channels
-        .into_iter()
-        .map(|(name, samples)| AnyChannel::new(name, samples))
-        .collect();
-    let layer = Layer::new(
-        Vec2(width, height),
-        attributes,
-        encoding,
-        AnyChannels::sort(list),
-    );
+    let list = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
+    let layer = Layer::new(Vec2(width, height), attributes, encoding, AnyChannels::sort(list));
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer)
-        .write()
-        .to_buffered(&mut bytes)
-        .unwrap();
+    Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
 }
 
 /// Small whole numbers, exact in half, float and u32, that differ from pixel to pixel.
 pub(crate) fn ramp(width: usize, height: usize, start: usize) -> Vec<f32> {
-    (0..width * height)
-        .map(|i| f32::from(((i * 37 + start * 11) % 1021) as u16))
-        .collect()
+    (0..width * height).map(|i| f32::from(((i * 37 + start * 11) % 1021) as u16)).collect()
 }
 
 pub(crate) fn rgb(width: usize, height: usize) -> Vec<(&'static str, FlatSamples)> {
@@ -106,13 +92,7 @@ pub(crate) fn rgb(width: usize, height: usize) -> Vec<(&'static str, FlatSamples
 
 pub(crate) fn simple_exr(width: usize, height: usize, compression: Compression) -> Vec<u8> {
     let attributes = LayerAttributes::default();
-    exr_file(
-        width,
-        height,
-        rgb(width, height),
-        encoding(compression, None),
-        attributes,
-    )
+    exr_file(width, height, rgb(width, height), encoding(compression, None), attributes)
 }
 
 pub(crate) fn png_file(

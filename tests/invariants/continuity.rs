@@ -11,10 +11,7 @@ use tapline::unit::UnitSpec;
 /// Largest difference of two colours.
 fn jump(a: &Traced, b: &Traced) -> f64 {
     let (a, b) = (a.values(Reg::FilterColor), b.values(Reg::FilterColor));
-    a.iter()
-        .zip(&b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
+    a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// Fragments one unit in the last place apart on either side of what may be a jump.
@@ -47,10 +44,7 @@ fn crossings(random: &mut Random, kind: &str) -> (Fragment, Fragment) {
                 }
             };
             let half_bin = std::f64::consts::FRAC_PI_4 / 32.0;
-            (
-                tilt(turned(half_bin - 4.0 * step)),
-                tilt(turned(half_bin + 4.0 * step)),
-            )
+            (tilt(turned(half_bin - 4.0 * step)), tilt(turned(half_bin + 4.0 * step)))
         }
         "lambda 1 = lambda 2" => {
             let at = |more: f64| Fragment {
@@ -82,20 +76,13 @@ fn continuity_across_seams_breaks_and_counts_is_measured() {
     let texture = encode::texture(&spec.config, &scene_map).expect("a texture");
     println!("| crossing | largest jump | mean jump | in 8-bit steps of the largest |");
     println!("|---|---|---|---|");
-    for kind in [
-        "face seam",
-        "angle-table break",
-        "lambda 1 = lambda 2",
-        "count to count + 1",
-    ] {
+    for kind in ["face seam", "angle-table break", "lambda 1 = lambda 2", "count to count + 1"] {
         let mut random = Random::new(99);
         let (mut worst, mut sum, mut crossed) = (0.0f64, 0.0, 0u32);
         for _ in 0..200 {
             let (f, g) = crossings(&mut random, kind);
-            let (a, b) = (
-                trace(&spec, &f, 256, Some(&texture)),
-                trace(&spec, &g, 256, Some(&texture)),
-            );
+            let (a, b) =
+                (trace(&spec, &f, 256, Some(&texture)), trace(&spec, &g, 256, Some(&texture)));
             let there = match kind {
                 "face seam" => a.out.face != b.out.face,
                 "count to count + 1" => a.out.probes != b.out.probes,
@@ -106,10 +93,6 @@ fn continuity_across_seams_breaks_and_counts_is_measured() {
             sum += jump(&a, &b);
         }
         assert!(crossed >= 100, "{kind}: only {crossed} of 200 crossed it");
-        println!(
-            "| {kind} | {worst:.6} | {:.6} | {:.2} |",
-            sum / 200.0,
-            255.0 * worst
-        );
+        println!("| {kind} | {worst:.6} | {:.6} | {:.2} |", sum / 200.0, 255.0 * worst);
     }
 }

@@ -16,15 +16,9 @@ fn the_cubes_48_symmetries_change_no_bit_of_the_colour() {
     let spec = UnitSpec::default();
     let size = 16;
     let mut random = Random::new(41);
-    let cube = map(size, |face, x, y| {
-        [face, x, y].map(|i| (i * 7 % 16) as f32 / 16.0)
-    });
-    let fragments: Vec<Fragment> = (0..60)
-        .map(|_| Fragment {
-            h: None,
-            ..smaller(&random.fragment(), 0.05)
-        })
-        .collect();
+    let cube = map(size, |face, x, y| [face, x, y].map(|i| (i * 7 % 16) as f32 / 16.0));
+    let fragments: Vec<Fragment> =
+        (0..60).map(|_| Fragment { h: None, ..smaller(&random.fragment(), 0.05) }).collect();
     let texture = encode::texture(&spec.config, &cube).unwrap();
     let (mut several, mut worst) = (0, 0);
     for matrix in symmetries() {
@@ -35,11 +29,7 @@ fn the_cubes_48_symmetries_change_no_bit_of_the_colour() {
             let b = trace(&spec, &g, size as u32, Some(&turned_texture));
             several += u32::from(a.out.probes > 1);
             let (a, b) = (a.raw(Reg::FilterColor), b.raw(Reg::FilterColor));
-            worst = a
-                .iter()
-                .zip(&b)
-                .map(|(a, b)| (a - b).abs())
-                .fold(worst, i64::max);
+            worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(worst, i64::max);
         }
     }
     println!("largest difference: {worst} LSB of 2^-24");

@@ -51,10 +51,7 @@ fn texel(random: &mut Random) -> f32 {
 fn noise(size: usize, random: &mut Random) -> CubeMap {
     let mut map = map(size, |_, _, _| [0.0; 3]);
     for level in &mut map.levels {
-        level
-            .texels
-            .iter_mut()
-            .for_each(|t| *t = [0; 3].map(|_| texel(random)));
+        level.texels.iter_mut().for_each(|t| *t = [0; 3].map(|_| texel(random)));
     }
     map
 }
@@ -62,10 +59,7 @@ fn noise(size: usize, random: &mut Random) -> CubeMap {
 /// A fragment whose footprint is neither a point nor the whole sky.
 fn fragment(random: &mut Random) -> Fragment {
     let scale = libm::exp2(-4.0 + 3.0 * random.signed());
-    Fragment {
-        h: None,
-        ..smaller(&random.fragment(), scale)
-    }
+    Fragment { h: None, ..smaller(&random.fragment(), scale) }
 }
 
 fn texture(spec: &UnitSpec, map: &CubeMap) -> Texture {
@@ -169,18 +163,10 @@ fn a_point_sample_at_a_texels_centre_is_that_texel() {
                 let [x, y] = [0; 2].map(|_| random.bits() as usize % size);
                 let [u, v] = [x, y].map(|i| (i as f64 + 0.5) / size as f64 * 2.0 - 1.0);
                 let d = direction(face, u, v);
-                let f = Fragment {
-                    v: d,
-                    n: d,
-                    ..straight([[0.0; 2]; 2])
-                };
+                let f = Fragment { v: d, n: d, ..straight([[0.0; 2]; 2]) };
                 let t = trace(spec, &f, size as u32, Some(&texture));
                 let want = map.levels[0].texel(face, x, y);
-                assert_eq!(
-                    t.values(Reg::FilterColor),
-                    want.map(f64::from),
-                    "{face} {x} {y}"
-                );
+                assert_eq!(t.values(Reg::FilterColor), want.map(f64::from), "{face} {x} {y}");
             }
         }
     }
@@ -207,26 +193,16 @@ fn rises(
 #[test]
 fn a_colour_rises_with_the_weight_of_the_larger_texel_in_every_step_of_the_weight() {
     for bits in 1..=8u32 {
-        let spec = unit(&[
-            &format!("filter.weight_bits={bits}"),
-            &format!("filter.lod_bits={bits}"),
-        ]);
+        let spec =
+            unit(&[&format!("filter.weight_bits={bits}"), &format!("filter.lod_bits={bits}")]);
         // Along u: columns that grow.
         let columns = texture(&spec, &map(4, |_, x, _| [x as f32; 3]));
         let along = (0..1024).map(|i| {
             let u = -0.75 + 1.5 * f64::from(i) / 1023.0;
             let d = [u, 0.0, 1.0];
-            Fragment {
-                v: d,
-                n: d,
-                ..PLAIN
-            }
+            Fragment { v: d, n: d, ..PLAIN }
         });
-        let point = |f: Fragment| Fragment {
-            dv_dx: [0.0; 3],
-            dv_dy: [0.0; 3],
-            ..f
-        };
+        let point = |f: Fragment| Fragment { dv_dx: [0.0; 3], dv_dy: [0.0; 3], ..f };
         let steps = rises(&spec, &columns, 4, along.map(point));
         // Three texels' width in steps of 2^−bits; 1024 places meet each of the 3·2^bits + 1 where there are that many.
         assert_eq!(steps, 3 * (1 << bits) + 1, "{bits} bits");
@@ -239,10 +215,7 @@ fn a_colour_rises_with_the_weight_of_the_larger_texel_in_every_step_of_the_weigh
             straight([[texels / 2.0, 0.0], [0.0, texels / 2.0]])
         });
         let steps = rises(&spec, &levels, 4, wider);
-        assert!(
-            (1 << bits) - 1 <= steps && steps <= (1 << bits) + 1,
-            "{bits} bits: {steps}"
-        );
+        assert!((1 << bits) - 1 <= steps && steps <= (1 << bits) + 1, "{bits} bits: {steps}");
     }
 }
 

@@ -11,11 +11,9 @@ pub(crate) fn others(value: &Value, legal: &str) -> Vec<Value> {
             .map(Value::Integer)
             .chain([Value::Text("off".into())])
             .collect(),
-        Value::Text(t) => legal
-            .split(" | ")
-            .filter(|l| *l != t)
-            .map(|l| Value::Text(l.into()))
-            .collect(),
+        Value::Text(t) => {
+            legal.split(" | ").filter(|l| *l != t).map(|l| Value::Text(l.into())).collect()
+        }
         Value::Float(_) | Value::Numbers(_) => Vec::new(),
     }
 }

@@ -57,10 +57,7 @@ fn obj_triangles_are_those_of_another_reader() {
         if file.extension().is_none_or(|e| e != "obj") {
             continue;
         }
-        let options = tobj::LoadOptions {
-            triangulate: true,
-            ..tobj::LoadOptions::default()
-        };
+        let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
         let (models, _) = tobj::load_obj(&file, &options).unwrap();
         let theirs: Vec<[f64; 3]> = models
             .iter()
@@ -106,11 +103,7 @@ fn a_normal_map_goes_on_a_mesh_with_texture_coordinates_only() {
             height: 33,
             mesh: Some(path),
             // Every normal leans to the right by b1 = 0.5 and upwards by b2 = 0.25.
-            bump: Some(BumpSource::Offsets {
-                width: 1,
-                height: 1,
-                values: vec![[0.5, 0.25]],
-            }),
+            bump: Some(BumpSource::Offsets { width: 1, height: 1, values: vec![[0.5, 0.25]] }),
             ..SceneOptions::default()
         };
         build("sphere", &options, &Settings::default())
@@ -132,20 +125,14 @@ fn a_normal_map_goes_on_a_mesh_with_texture_coordinates_only() {
             let lean = [0, 1].map(|i| b1 * e1[i] + b2 * e2[i]);
             // Right as the map sees it, and up in both.
             let right = if mirrored { -0.5 } else { 0.5 };
-            assert!(
-                (lean[0] - right).abs() < 1e-12 && (lean[1] - 0.25).abs() < 1e-12,
-                "{lean:?}"
-            );
+            assert!((lean[0] - right).abs() < 1e-12 && (lean[1] - 0.25).abs() < 1e-12, "{lean:?}");
         }
     }
 }
 
 #[test]
 fn a_mesh_needs_a_scene_with_a_ball() {
-    let options = SceneOptions {
-        mesh: Some("any.obj".into()),
-        ..SceneOptions::default()
-    };
+    let options = SceneOptions { mesh: Some("any.obj".into()), ..SceneOptions::default() };
     let error = build("waves", &options, &Settings::default()).unwrap_err();
     assert!(error.to_string().contains("--mesh"));
 }

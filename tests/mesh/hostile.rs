@@ -40,18 +40,12 @@ fn a_wrong_obj_is_refused_at_its_line() {
         ("v 1 2 3 1 1 1 1 1\nf 1 1 1".into(), "line 1"),
         ("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3".into(), "triangle 0"),
         ("v inf 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3".into(), "triangle 0"),
-        (
-            "v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3".into(),
-            "triangle 0",
-        ),
+        ("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3".into(), "triangle 0"),
         ("v 1 1 1\nf 1 1 1".into(), "an extent"),
         ("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3".into(), "with an area"),
     ] {
         let error = refused(".obj", text.as_bytes());
-        assert!(
-            error.as_ref().is_some_and(|e| e.contains(place)),
-            "{text:?}: {error:?}"
-        );
+        assert!(error.as_ref().is_some_and(|e| e.contains(place)), "{text:?}: {error:?}");
     }
     let error = refused(".obj", b"v 0 0 0\nv \xff\xfe 0 0\n").unwrap();
     assert!(error.contains("UTF-8") && error.contains("line 2"));
@@ -103,10 +97,7 @@ fn glb(change: impl Fn(&mut serde_json::Value), data: &[u8]) -> Vec<u8> {
 
 fn triangle(indices: [u16; 3], first: f32) -> Vec<u8> {
     let positions = [first, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    let mut data: Vec<u8> = positions
-        .iter()
-        .flat_map(|c: &f32| c.to_le_bytes())
-        .collect();
+    let mut data: Vec<u8> = positions.iter().flat_map(|c: &f32| c.to_le_bytes()).collect();
     data.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
     data
 }
@@ -117,47 +108,23 @@ fn a_wrong_glb_is_refused_with_its_place() {
     assert_eq!(refused(".glb", &glb(|_| {}, &data)), None);
     type Change = fn(&mut serde_json::Value);
     let cases: [(Change, &str); 10] = [
-        (
-            |r| r["buffers"][0]["uri"] = "mesh.bin".into(),
-            "buffers[0].uri",
-        ),
+        (|r| r["buffers"][0]["uri"] = "mesh.bin".into(), "buffers[0].uri"),
         (
             |r| r["extensionsRequired"] = serde_json::json!(["KHR_draco_mesh_compression"]),
             "extensionsRequired[0]",
         ),
         (|r| r["accessors"][1]["count"] = 4.into(), "accessors[1]"),
-        (
-            |r| r["accessors"][1]["count"] = u32::MAX.into(),
-            "accessors[1]",
-        ),
-        (
-            |r| r["bufferViews"][0]["byteLength"] = u32::MAX.into(),
-            "export",
-        ),
-        (
-            |r| r["bufferViews"][0]["byteOffset"] = u32::MAX.into(),
-            "accessors[0]",
-        ),
-        (
-            |r| r["meshes"][0]["primitives"][0]["attributes"] = serde_json::json!({}),
-            "glTF",
-        ),
-        (
-            |r| r["meshes"][0]["primitives"][0]["mode"] = 1.into(),
-            "scene",
-        ),
-        (
-            |r| r["nodes"][0]["children"] = serde_json::json!([0]),
-            "nodes[0]",
-        ),
+        (|r| r["accessors"][1]["count"] = u32::MAX.into(), "accessors[1]"),
+        (|r| r["bufferViews"][0]["byteLength"] = u32::MAX.into(), "export"),
+        (|r| r["bufferViews"][0]["byteOffset"] = u32::MAX.into(), "accessors[0]"),
+        (|r| r["meshes"][0]["primitives"][0]["attributes"] = serde_json::json!({}), "glTF"),
+        (|r| r["meshes"][0]["primitives"][0]["mode"] = 1.into(), "scene"),
+        (|r| r["nodes"][0]["children"] = serde_json::json!([0]), "nodes[0]"),
         (|r| r["nodes"][0]["mesh"] = 7.into(), "glTF"),
     ];
     for (change, place) in cases {
         let error = refused(".glb", &glb(change, &data));
-        assert!(
-            error.as_ref().is_some_and(|e| e.contains(place)),
-            "{place}: {error:?}"
-        );
+        assert!(error.as_ref().is_some_and(|e| e.contains(place)), "{place}: {error:?}");
     }
     let error = refused(".glb", &glb(|_| {}, &triangle([0, 1, 3], 0.0))).unwrap();
     assert!(error.contains("indices, entry 2"), "{error}");
@@ -169,10 +136,7 @@ fn a_wrong_glb_is_refused_with_its_place() {
 fn a_glb_that_is_cut_anywhere_is_an_error() {
     let whole = glb(|_| {}, &triangle([0, 1, 2], 0.0));
     for length in 4..whole.len() {
-        assert!(
-            refused(".glb", &whole[..length]).is_some(),
-            "{length} bytes"
-        );
+        assert!(refused(".glb", &whole[..length]).is_some(), "{length} bytes");
     }
 }
 

@@ -71,10 +71,7 @@ fn refraction_keeps_snells_law_and_reflects_totally_beyond_the_critical_angle() 
         let t = refract(d, normal, 1.0 / 1.3).unwrap();
         assert!((t[0] - d[0] / 1.3).abs() < BOUND && t[2] < 0.0);
         assert!((t.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < BOUND);
-        assert_eq!(
-            refract(d, normal, 1.3).is_none(),
-            libm::sin(angle) * 1.3 > 1.0
-        );
+        assert_eq!(refract(d, normal, 1.3).is_none(), libm::sin(angle) * 1.3 > 1.0);
         let r = reflect(d, normal);
         assert!((r[0] - d[0]).abs() < BOUND && (r[2] + d[2]).abs() < BOUND);
     }

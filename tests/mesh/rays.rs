@@ -11,11 +11,7 @@ use tapline::scene::dual::Dual;
 
 /// A soup of separate triangles.
 fn soup(corners: &[[f64; 3]]) -> Soup {
-    let corner = |i: usize| Corner {
-        position: i as u32,
-        normal: None,
-        texcoord: None,
-    };
+    let corner = |i: usize| Corner { position: i as u32, normal: None, texcoord: None };
     Soup {
         positions: corners.to_vec(),
         triangles: (0..corners.len() / 3)
@@ -72,11 +68,7 @@ fn ball(n: usize) -> Soup {
         if i == 0 || i == n {
             return [0.0, libm::cos(a).signum(), 0.0];
         }
-        [
-            libm::sin(a) * libm::sin(b),
-            libm::cos(a),
-            libm::sin(a) * libm::cos(b),
-        ]
+        [libm::sin(a) * libm::sin(b), libm::cos(a), libm::sin(a) * libm::cos(b)]
     };
     let mut corners = Vec::new();
     for i in 0..n {
@@ -102,14 +94,8 @@ fn no_ray_slips_through_an_edge_or_a_corner_of_a_closed_mesh() {
         let [a, b, c] = triangle.positions;
         let mix = |k: f64, l: f64| [0, 1, 2].map(|i| a[i] * (1.0 - k - l) + b[i] * k + c[i] * l);
         for origin in [[0.0; 3], [0.1, -0.2, 0.3], [0.5, 0.5, -0.25]] {
-            for (k, l) in [
-                (0.0, 0.0),
-                (1.0, 0.0),
-                (0.5, 0.0),
-                (0.3, 0.7),
-                (0.0, 0.123),
-                (0.2, 0.3),
-            ] {
+            for (k, l) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.3, 0.7), (0.0, 0.123), (0.2, 0.3)]
+            {
                 let target = mix(k, l);
                 let d = [0, 1, 2].map(|i| target[i] - origin[i]);
                 assert!(mesh.nearest(origin, d, 0.0).is_some(), "{origin:?} {d:?}");
@@ -143,27 +129,11 @@ fn weights_carry_the_derivatives_that_differences_show() {
     let mut compared = 0;
     for (x, y) in [(0.013, 0.021), (-0.11, 0.07), (0.2, -0.13), (0.05, 0.22)] {
         let dual = [
-            Dual {
-                value: x,
-                dx: 1.0,
-                dy: 0.0,
-            },
-            Dual {
-                value: y,
-                dx: 0.0,
-                dy: 1.0,
-            },
-            Dual {
-                value: -1.0,
-                dx: 0.0,
-                dy: 0.0,
-            },
+            Dual { value: x, dx: 1.0, dy: 0.0 },
+            Dual { value: y, dx: 0.0, dy: 1.0 },
+            Dual { value: -1.0, dx: 0.0, dy: 0.0 },
         ];
-        let zero = [Dual {
-            value: 0.0,
-            dx: 0.0,
-            dy: 0.0,
-        }; 3];
+        let zero = [Dual { value: 0.0, dx: 0.0, dy: 0.0 }; 3];
         let triangle = &mesh.triangles()[mesh.nearest([0.0; 3], ray(x, y), 0.0).unwrap()];
         let exact = meet(triangle, zero, dual).unwrap();
         let plain = meet(triangle, [0.0; 3], ray(x, y)).unwrap();

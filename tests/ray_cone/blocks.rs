@@ -58,10 +58,7 @@ fn cases(format: SmallFloat, n: u64, odd: bool) -> (Vec<Cone>, Vec<u32>) {
         };
         let raw = d & 0x7fff_ffff;
         let normal = (0x0080_0000..0x7f80_0000).contains(&raw) || raw == 0;
-        cones.push(Cone {
-            angle: Angle(angle),
-            width: Width(width),
-        });
+        cones.push(Cone { angle: Angle(angle), width: Width(width) });
         distances.push(if odd || normal { d } else { 0x3f80_0000 });
     }
     (cones, distances)
@@ -113,10 +110,7 @@ fn blocks_have_the_bits_of_one_cone_at_a_time() {
 
 #[test]
 fn a_block_with_a_strange_number_is_left_as_it_is() {
-    let start = [Cone {
-        angle: Angle(0x3f80),
-        width: Width(0x4000),
-    }; fast::BLOCK];
+    let start = [Cone { angle: Angle(0x3f80), width: Width(0x4000) }; fast::BLOCK];
     let distances = [0x3f80_0000; fast::BLOCK];
     let random = [0; fast::BLOCK];
     let run = |cones: &mut [Cone; fast::BLOCK], d: &[u32; fast::BLOCK]| {

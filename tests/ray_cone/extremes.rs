@@ -25,10 +25,7 @@ fn extreme_zeros_have_no_sign() {
         extreme(angle, width, Step::Reflect(-0.0));
         for format in ConeFormat::ALL {
             let cfg = cfg(*format);
-            let cone = Cone {
-                angle: Angle(cfg.format.sign()),
-                width: Width(cfg.format.sign()),
-            };
+            let cone = Cone { angle: Angle(cfg.format.sign()), width: Width(cfg.format.sign()) };
             let mut flags = Flags::default();
             let out = rtl::propagate(&cfg, cone, word(1.0), &mut cfg.dither(0), &mut flags);
             assert_eq!(out, Cone::default());
@@ -38,11 +35,7 @@ fn extreme_zeros_have_no_sign() {
 
 #[test]
 fn extreme_subnormals_are_kept() {
-    extreme(
-        0.0,
-        f64::from_bits(0x37a0_0000_0000_0000),
-        Step::Propagate(1.0),
-    );
+    extreme(0.0, f64::from_bits(0x37a0_0000_0000_0000), Step::Propagate(1.0));
     extreme(1e-40, 1e-40, Step::Propagate(0.5));
     let cfg = cfg(ConeFormat::Bf16);
     let (ours, _, _) = both(&cfg, 0.0, 1e-40, Step::Propagate(1.0));
@@ -130,11 +123,7 @@ fn extreme_a_flat_mirror_changes_nothing() {
 fn extreme_equal_indices_and_indices_of_a_third_and_three() {
     for (outside, inside) in [(1.3, 1.3), (1.0, 1.0 / 3.0), (1.0, 3.0), (3.0, 1.0)] {
         for curvature in [0.0, 0.7, -0.7, 1e300] {
-            let step = Step::Refract {
-                curvature,
-                outside,
-                inside,
-            };
+            let step = Step::Refract { curvature, outside, inside };
             extreme(0.1, 0.3, step);
             if outside == inside {
                 let (ours, theirs, _) = both(&cfg(ConeFormat::F32), 0.125, 0.3, step);
@@ -159,16 +148,8 @@ fn errata_scatter_spreads_by_s_max_where_f_is_one_over_pi() {
 
 #[test]
 fn no_code_and_no_operand_makes_anything_but_a_finite_code() {
-    let specials = [
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
-        f64::MAX,
-        -f64::MAX,
-        5e-324,
-        -0.0,
-        1.0,
-    ];
+    let specials =
+        [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, -f64::MAX, 5e-324, -0.0, 1.0];
     for rules in ConeRules::ALL {
         for set_diffuse in SetDiffuse::ALL {
             for format in ConeFormat::ALL {
@@ -193,21 +174,14 @@ fn no_code_and_no_operand_makes_anything_but_a_finite_code() {
                     for w in codes {
                         for x in specials {
                             for y in specials {
-                                let refract = Step::Refract {
-                                    curvature: x,
-                                    outside: y,
-                                    inside: x,
-                                };
+                                let refract = Step::Refract { curvature: x, outside: y, inside: x };
                                 for step in [
                                     Step::Propagate(x),
                                     Step::Reflect(x),
                                     refract,
                                     Step::Scatter(x),
                                 ] {
-                                    let cone = Cone {
-                                        angle: Angle(a),
-                                        width: Width(w),
-                                    };
+                                    let cone = Cone { angle: Angle(a), width: Width(w) };
                                     let mut flags = Flags::default();
                                     let out = rtl::ray_cone(
                                         &cfg,

@@ -57,10 +57,7 @@ fn every_bf16_and_f16_code_is_the_value_that_half_says_and_stores_back() {
                     assert!(!stored.saturated);
                 }
             }
-            assert_eq!(
-                value(format, format.negate(kept)),
-                -value(format, kept) + 0.0
-            );
+            assert_eq!(value(format, format.negate(kept)), -value(format, kept) + 0.0);
             assert_eq!(value(format, format.abs(kept)), value(format, kept).abs());
         }
     }
@@ -87,11 +84,7 @@ fn check_f32(code: u32) -> bool {
     let expected = finite(SmallFloat::BF16, theirs);
     // Truncation drops the low half, as OptiX Toolkit's pack does.
     let cut = SmallFloat::BF16.store(StoreRounding::Truncate, 0, &exact);
-    let dropped = if is_finite {
-        finite(SmallFloat::BF16, code >> 16)
-    } else {
-        expected
-    };
+    let dropped = if is_finite { finite(SmallFloat::BF16, code >> 16) } else { expected };
     // The next code away from zero if the random number is below the dropped fraction.
     let random = code.wrapping_mul(0x9e37_79b9);
     let random_store = SmallFloat::BF16.store(StoreRounding::Stochastic, random, &exact);
@@ -135,9 +128,7 @@ fn the_general_store_agrees_in_every_rounding_for_every_upper_half_of_a_binary32
     let wrong = (0..1u32 << 16).into_par_iter().find_any(|high| {
         let lows = [0, 1, 0x7ffe, 0x7fff, 0x8000, 0x8001, 0xfffe, 0xffff];
         let others = (0..8).map(|i| (high * 40_503 + i * 7919) & 0xffff);
-        lows.into_iter()
-            .chain(others)
-            .any(|low| !check_f32(high << 16 | low))
+        lows.into_iter().chain(others).any(|low| !check_f32(high << 16 | low))
     });
     assert_eq!(wrong, None, "upper half of a binary32 code");
 }
@@ -152,11 +143,7 @@ fn binary32_numbers_round_to_f16_as_half_does() {
         let code = bits & 0x807f_ffff | (95 + (bits >> 23 & 63)) << 23;
         let x = f32::from_bits(code);
         let theirs = u32::from(f16::from_f32(x).to_bits());
-        assert_eq!(
-            rne(SmallFloat::F16, x.into()),
-            finite(SmallFloat::F16, theirs),
-            "{x:?}"
-        );
+        assert_eq!(rne(SmallFloat::F16, x.into()), finite(SmallFloat::F16, theirs), "{x:?}");
     }
 }
 
@@ -167,9 +154,7 @@ fn stochastic_stores_are_right_on_average_and_never_move_exact_values() {
     let ups: u32 = (0..1u64 << 16)
         .map(|ray| {
             let random = Dither::new(5, ray).next_bits();
-            let code = SmallFloat::BF16
-                .store(StoreRounding::Stochastic, random, &x)
-                .code;
+            let code = SmallFloat::BF16.store(StoreRounding::Stochastic, random, &x).code;
             assert!(code == 0x3f80 || code == 0x3f81);
             code - 0x3f80
         })
@@ -182,26 +167,14 @@ fn lanes_pack_in_both_orders_and_never_exchange() {
     use rtl_model::cone::{Angle, Cone, LaneOrder, Width};
     for format in ConeFormat::ALL {
         let format = format.float();
-        let cone = Cone {
-            angle: Angle(rne(format, 1.0)),
-            width: Width(rne(format, 2.0)),
-        };
+        let cone = Cone { angle: Angle(rne(format, 1.0)), width: Width(rne(format, 2.0)) };
         let low = cone.pack(format, LaneOrder::AngleLow);
         let high = cone.pack(format, LaneOrder::WidthLow);
         assert_ne!(low, high);
         assert_eq!(Cone::unpack(low, format, LaneOrder::AngleLow), cone);
         assert_eq!(Cone::unpack(high, format, LaneOrder::WidthLow), cone);
     }
-    let cone = Cone {
-        angle: Angle(0x3f80),
-        width: Width(0x4000),
-    };
-    assert_eq!(
-        cone.pack(SmallFloat::BF16, LaneOrder::AngleLow),
-        0x4000_3f80
-    );
-    assert_eq!(
-        cone.pack(SmallFloat::BF16, LaneOrder::WidthLow),
-        0x3f80_4000
-    );
+    let cone = Cone { angle: Angle(0x3f80), width: Width(0x4000) };
+    assert_eq!(cone.pack(SmallFloat::BF16, LaneOrder::AngleLow), 0x4000_3f80);
+    assert_eq!(cone.pack(SmallFloat::BF16, LaneOrder::WidthLow), 0x3f80_4000);
 }

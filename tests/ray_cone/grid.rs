@@ -36,17 +36,9 @@ pub(crate) fn nearest(format: SmallFloat, x: &BigInt, unit: i64) -> u32 {
     } else {
         let twice = &x * 2u32;
         let between = at(low) + at(low + 1);
-        if twice > between || (twice == between && low & 1 == 1) {
-            low + 1
-        } else {
-            low
-        }
+        if twice > between || (twice == between && low & 1 == 1) { low + 1 } else { low }
     };
-    if negative && code != 0 {
-        code | format.sign()
-    } else {
-        code
-    }
+    if negative && code != 0 { code | format.sign() } else { code }
 }
 
 /// Codes of a format: exponents at the ends, around 1 and a stride between; patterns of a single bit, a run
@@ -99,10 +91,7 @@ fn check(
                     }
                     cases += 1;
                     let total = &exact + big(format.unpack(w).0, unit);
-                    let cone = Cone {
-                        angle: Angle(a),
-                        width: Width(w),
-                    };
+                    let cone = Cone { angle: Angle(a), width: Width(w) };
                     let mut flags = Flags::default();
                     let ours =
                         ray_cone::propagate(&cfg, cone, product.1, &mut cfg.dither(0), &mut flags);
@@ -142,13 +131,7 @@ fn level(exponents: u32, patterns: u32, at_least: u64, stride: usize) {
         let format = name.float();
         let codes = grid(format, exponents, patterns);
         let distances = grid(SmallFloat::F32, exponents, patterns);
-        let cases = check(
-            format,
-            &config(*name, StoreRounding::Rne),
-            &codes,
-            &distances,
-            stride,
-        );
+        let cases = check(format, &config(*name, StoreRounding::Rne), &codes, &distances, stride);
         assert!(cases >= at_least, "{name:?}: {cases} cases");
     }
 }
@@ -178,20 +161,14 @@ fn the_word_parallel_path_has_the_general_ones_bits_in_every_rounding() {
                 // Distances near enough that both terms matter in most cases.
                 let d = bits() & 0x80ff_ffff
                     | (if ray % 2 == 0 { bits() } else { 0x3e00_0000 }) & 0x7f00_0000;
-                let cone = Cone {
-                    angle: Angle(a),
-                    width: Width(w),
-                };
+                let cone = Cone { angle: Angle(a), width: Width(w) };
                 let mut flags = Flags::default();
                 let d_value = SmallFloat::F32.unpack(d).0;
                 let slow =
                     ray_cone::propagate(&cfg, cone, d_value, &mut cfg.dither(ray), &mut flags);
                 let random = cfg.dither(ray).next_bits();
                 let (quick, over) = fast::propagate(name.float(), *rounding, random, cone, d);
-                assert_eq!(
-                    quick, slow,
-                    "{name:?} {rounding:?} α {a:#x} w {w:#x} d {d:#x}"
-                );
+                assert_eq!(quick, slow, "{name:?} {rounding:?} α {a:#x} w {w:#x} d {d:#x}");
                 let width = rtl_model::Event::ConeWidthSaturated;
                 assert_eq!(over, flags.has_event(width));
                 saturated += u32::from(over);

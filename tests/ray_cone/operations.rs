@@ -40,11 +40,7 @@ fn exact(angle: f64, width: f64, step: Step) -> (BigInt, BigInt, i64) {
     match step {
         Step::Propagate(d) => ((big(width) << 1100u32) + big(angle) * big(d), one, -2200),
         Step::Reflect(k) => ((big(angle) << 1100u32) + 2 * big(k) * w, one, -2200),
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => {
+        Step::Refract { curvature, outside, inside } => {
             let bend = big(curvature) * w;
             let over = ((big(outside) * big(angle)) << 1100u32) + big(outside) * &bend
                 - big(inside) * bend;
@@ -71,11 +67,7 @@ pub(crate) fn operands(step: Step) -> rtl::Step {
     match step {
         Step::Propagate(d) => rtl::Step::Propagate(word(d)),
         Step::Reflect(k) => rtl::Step::Reflect(word(k)),
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => rtl::Step::Refract {
+        Step::Refract { curvature, outside, inside } => rtl::Step::Refract {
             curvature: word(curvature),
             outside: word(outside),
             inside: word(inside),
@@ -87,29 +79,17 @@ pub(crate) fn operands(step: Step) -> rtl::Step {
 /// One step by both engines from the same register values; the values and rtl's flags.
 pub(crate) fn both(cfg: &Cfg, angle: f64, width: f64, step: Step) -> ([f64; 2], [f64; 2], Flags) {
     let mut flags = Flags::default();
-    let cone = Cone {
-        angle: Angle(rne(cfg.format, angle)),
-        width: Width(rne(cfg.format, width)),
-    };
-    let (angle, width) = (
-        value(cfg.format, cone.angle.0),
-        value(cfg.format, cone.width.0),
-    );
+    let cone = Cone { angle: Angle(rne(cfg.format, angle)), width: Width(rne(cfg.format, width)) };
+    let (angle, width) = (value(cfg.format, cone.angle.0), value(cfg.format, cone.width.0));
     let ours = rtl::ray_cone(cfg, cone, operands(step), &mut cfg.dither(0), &mut flags);
     let theirs = float::ray_cone(
-        float::Cone {
-            angle: float::Angle(angle),
-            width: float::Width(width),
-        },
+        float::Cone { angle: float::Angle(angle), width: float::Width(width) },
         step,
         ConeRules::Note,
         SetDiffuse::Angle,
     );
     (
-        [
-            value(cfg.format, ours.angle.0),
-            value(cfg.format, ours.width.0),
-        ],
+        [value(cfg.format, ours.angle.0), value(cfg.format, ours.width.0)],
         [theirs.angle.0, theirs.width.0],
         flags,
     )
@@ -127,31 +107,15 @@ pub(crate) fn check(cfg: &Cfg, angle: f64, width: f64, step: Step) {
         over = -over;
     }
     let sign = if turned { -1.0 } else { 1.0 };
-    let (changed, kept, kept_before) = if moved {
-        (1, 0, angle * sign)
-    } else {
-        (0, 1, width)
-    };
+    let (changed, kept, kept_before) = if moved { (1, 0, angle * sign) } else { (0, 1, width) };
     let what = format!("α {angle:e} w {width:e} {step:?}");
-    assert!(
-        ours[kept] == kept_before && theirs[kept] == kept_before,
-        "{what}"
-    );
+    assert!(ours[kept] == kept_before && theirs[kept] == kept_before, "{what}");
     // Two bits more than any format looks at, and one for the rest.
     let quotient = (&over << 600u32) / &under;
     let rest = &quotient * &under != (&over << 600u32);
-    let quotient = 2 * quotient
-        + if rest && over < BigInt::ZERO {
-            -1
-        } else {
-            i32::from(rest)
-        };
+    let quotient = 2 * quotient + if rest && over < BigInt::ZERO { -1 } else { i32::from(rest) };
     let expected = value(cfg.format, nearest(cfg.format, &quotient, unit - 601));
-    assert!(
-        ours[changed] == expected,
-        "{what}: {} for {expected}",
-        ours[changed]
-    );
+    assert!(ours[changed] == expected, "{what}: {} for {expected}", ours[changed]);
     // |f64 − exact| ≤ 2^−50 |exact| but for the last place of subnormals.
     let x = theirs[changed];
     if x.abs() >= f64::MIN_POSITIVE && x.abs() < f64::MAX {
@@ -188,11 +152,7 @@ fn every_operation_stores_the_code_nearest_to_the_exact_result() {
             for step in [
                 Step::Propagate(next()),
                 Step::Reflect(k),
-                Step::Refract {
-                    curvature: k,
-                    outside,
-                    inside,
-                },
+                Step::Refract { curvature: k, outside, inside },
                 Step::Scatter(inside),
             ] {
                 check(&cfg, angle, width, step);
@@ -202,21 +162,12 @@ fn every_operation_stores_the_code_nearest_to_the_exact_result() {
             let angle = value(cfg.format, rne(cfg.format, angle));
             let near = f64::from_bits((-held / angle).to_bits() + 1);
             check(&cfg, angle, held, Step::Propagate(near));
+            check(&cfg, angle, held, Step::Reflect(-angle / (2.0 * held.abs())));
             check(
                 &cfg,
                 angle,
                 held,
-                Step::Reflect(-angle / (2.0 * held.abs())),
-            );
-            check(
-                &cfg,
-                angle,
-                held,
-                Step::Refract {
-                    curvature: -angle / held.abs(),
-                    outside,
-                    inside,
-                },
+                Step::Refract { curvature: -angle / held.abs(), outside, inside },
             );
         }
     }
@@ -227,17 +178,8 @@ fn every_bf16_angle_and_width_goes_through_every_operation() {
     let cfg = cfg(ConeFormat::Bf16);
     for code in (0..=u16::MAX).step_by(7) {
         let x = value(cfg.format, code.into());
-        let refract = Step::Refract {
-            curvature: 0.3,
-            outside: 1.0,
-            inside: 1.5,
-        };
-        for step in [
-            Step::Propagate(2.5),
-            Step::Reflect(-0.75),
-            refract,
-            Step::Scatter(0.7),
-        ] {
+        let refract = Step::Refract { curvature: 0.3, outside: 1.0, inside: 1.5 };
+        for step in [Step::Propagate(2.5), Step::Reflect(-0.75), refract, Step::Scatter(0.7)] {
             check(&cfg, x, 1.0, step);
             check(&cfg, 0.125, x, step);
         }

@@ -22,10 +22,7 @@ fn step_otk(set_diffuse: SetDiffuse, angle: f64, width: f64, step: Step) -> [f64
     let cfg = otk(set_diffuse);
     let ours = both(&cfg, angle, width, step).0;
     let theirs = float::ray_cone(
-        float::Cone {
-            angle: float::Angle(angle),
-            width: float::Width(width),
-        },
+        float::Cone { angle: float::Angle(angle), width: float::Width(width) },
         step,
         ConeRules::Otk,
         set_diffuse,
@@ -41,15 +38,9 @@ fn otk_leaves_wide_cones_alone_and_narrow_ones_follow_the_note() {
     for step in [Step::Reflect(1.0), Step::Scatter(1.0)] {
         assert_eq!(step_otk(SetDiffuse::Angle, 0.25, 1.0, step), [0.25, 1.0]);
     }
-    assert_eq!(
-        step_otk(SetDiffuse::Angle, 0.125, 1.0, Step::Reflect(1.0)),
-        [2.125, 1.0]
-    );
+    assert_eq!(step_otk(SetDiffuse::Angle, 0.125, 1.0, Step::Reflect(1.0)), [2.125, 1.0]);
     // The limit is one of α, not of |α|.
-    assert_eq!(
-        step_otk(SetDiffuse::Angle, -0.5, 1.0, Step::Reflect(1.0)),
-        [1.5, 1.0]
-    );
+    assert_eq!(step_otk(SetDiffuse::Angle, -0.5, 1.0, Step::Reflect(1.0)), [1.5, 1.0]);
 }
 
 #[test]
@@ -59,16 +50,10 @@ fn otk_scatters_away_from_zero_and_ends_diffuse_with_or_without_the_exchange() {
     for angle in [-0.125, 0.125] {
         let step = Step::Scatter(0.0);
         assert_eq!(step_otk(SetDiffuse::Angle, angle, -3.0, step), [0.25, 3.0]);
-        assert_eq!(
-            step_otk(SetDiffuse::Exchanged, angle, -3.0, step),
-            [3.0, 0.25]
-        );
+        assert_eq!(step_otk(SetDiffuse::Exchanged, angle, -3.0, step), [3.0, 0.25]);
     }
     // By the note the two never meet: angle stays angle, width stays width.
-    assert_eq!(
-        both(&cfg(ConeFormat::Bf16), 0.125, -3.0, Step::Scatter(0.0)).0,
-        [0.375, -3.0]
-    );
+    assert_eq!(both(&cfg(ConeFormat::Bf16), 0.125, -3.0, Step::Scatter(0.0)).0, [0.375, -3.0]);
 }
 
 #[test]
@@ -85,41 +70,23 @@ fn cameras_and_the_choice_of_two_cones() {
     let (mut dither, mut flags) = (cfg.dither(0), Flags::default());
     let near = |code: u32, x: f64| {
         let got = value(cfg.format, code);
-        assert!(
-            (got - x).abs() <= x.abs() / f64::from(1 << 23),
-            "{got} for {x}"
-        );
+        assert!((got - x).abs() <= x.abs() / f64::from(1 << 23), "{got} for {x}");
     };
     // |U|/100 = 0.05 is the smaller; ⟨D, W⟩/⟨W, W⟩ = 0.1.
     let pinhole = camera::pinhole(&cfg, &frame, &d, &mut dither, &mut flags);
     near(pinhole.angle.0, 0.01);
     assert_eq!(pinhole.width.0, 0);
-    let lens = camera::thin_lens(
-        &cfg,
-        &frame,
-        &d,
-        camera::pixel_width(&frame),
-        &mut dither,
-        &mut flags,
-    );
+    let lens =
+        camera::thin_lens(&cfg, &frame, &d, camera::pixel_width(&frame), &mut dither, &mut flags);
     near(lens.angle.0, -0.01);
     near(lens.width.0, 0.1);
     let flat = camera::orthographic(&cfg, &frame, &mut dither, &mut flags);
     assert_eq!(flat.angle.0, 0);
     near(flat.width.0, 0.1);
     assert!(flags.is_empty());
-    assert_eq!(
-        rtl::choose(&cfg, [pinhole, lens], Larger::Width, false),
-        lens
-    );
-    assert_eq!(
-        rtl::choose(&cfg, [pinhole, lens], Larger::Width, true),
-        pinhole
-    );
-    assert_eq!(
-        rtl::choose(&cfg, [pinhole, flat], Larger::Angle, false),
-        pinhole
-    );
+    assert_eq!(rtl::choose(&cfg, [pinhole, lens], Larger::Width, false), lens);
+    assert_eq!(rtl::choose(&cfg, [pinhole, lens], Larger::Width, true), pinhole);
+    assert_eq!(rtl::choose(&cfg, [pinhole, flat], Larger::Angle, false), pinhole);
 }
 
 #[test]
@@ -129,12 +96,9 @@ fn a_triangles_curvature_is_its_flattest_edges_or_zero_where_signs_mix() {
     let [a, b, c] = &points;
     // Normals of slope p·x and q·y: edges have curvatures p, q and their mean weighted by length².
     let normals = |p: f64, q: f64| [v([0.0, 0.0, 1.0]), v([p, 0.0, 1.0]), v([0.0, 2.0 * q, 1.0])];
-    for (p, q, expected) in [
-        (0.5, 0.25, 0.25),
-        (-0.5, -0.25, -0.25),
-        (0.5, -0.25, 0.0),
-        (0.5, 0.0, 0.0),
-    ] {
+    for (p, q, expected) in
+        [(0.5, 0.25, 0.25), (-0.5, -0.25, -0.25), (0.5, -0.25, 0.0), (0.5, 0.0, 0.0)]
+    {
         let n = normals(p, q);
         let k: Dyadic = camera::triangle_curvature([a, b, c], [&n[0], &n[1], &n[2]]);
         let k = crate::formats::real(k);
@@ -155,12 +119,9 @@ fn no_knob_of_the_cones_is_dead() {
         let mut words = Vec::new();
         for start in [[0.01f64, 0.3], [-0.17, 0.9]] {
             let mut cone = cfg.load(start.map(f64::to_bits), &mut dither, &mut flags);
-            for step in [
-                Step::Propagate(0.7),
-                Step::Reflect(0.3),
-                Step::Scatter(0.9),
-                Step::Scatter(0.2),
-            ] {
+            for step in
+                [Step::Propagate(0.7), Step::Reflect(0.3), Step::Scatter(0.9), Step::Scatter(0.2)]
+            {
                 cone = rtl::ray_cone(&cfg, cone, operands(step), &mut dither, &mut flags);
                 words.push(cone.pack(cfg.format, cfg.order));
             }
@@ -169,11 +130,7 @@ fn no_knob_of_the_cones_is_dead() {
     };
     for (path, values, enable) in [
         ("cone.format", vec![text("f16"), text("f32")], None),
-        (
-            "cone.rounding",
-            vec![text("truncate"), text("stochastic")],
-            None,
-        ),
+        ("cone.rounding", vec![text("truncate"), text("stochastic")], None),
         ("cone.lane_order", vec![text("width-low")], None),
         (
             "cone.seed",
@@ -181,11 +138,7 @@ fn no_knob_of_the_cones_is_dead() {
             Some(("cone.rounding", "stochastic")),
         ),
         ("cone.rules", vec![text("otk")], None),
-        (
-            "cone.set_diffuse",
-            vec![text("exchanged")],
-            Some(("cone.rules", "otk")),
-        ),
+        ("cone.set_diffuse", vec![text("exchanged")], Some(("cone.rules", "otk"))),
     ] {
         let mut base = UnitSpec::default();
         if let Some((other, value)) = enable {

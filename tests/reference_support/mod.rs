@@ -1,9 +1,6 @@
 //! What the tests of the float reference share: fragments at random, maps, and a plain independent
 //! evaluation of the reflected look-up.
-#![allow(
-    dead_code,
-    reason = "each test binary uses its own part of this module"
-)]
+#![allow(dead_code, reason = "each test binary uses its own part of this module")]
 
 pub(crate) use tapline::conformance::extremes::PLAIN;
 use tapline::cube::{CubeLevel, CubeMap, FACE_AXES, direction, face_uv};
@@ -80,11 +77,7 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 pub(crate) fn scaled(s: f64, a: [f64; 3]) -> [f64; 3] {
@@ -161,9 +154,7 @@ pub(crate) fn noise(size: usize, seed: u64) -> CubeMap {
     let texels: Vec<[f32; 3]> = (0..6 * size * size)
         .map(|_| {
             #[expect(clippy::cast_possible_truncation, reason = "texels are floats")]
-            random
-                .vector()
-                .map(|x| (x * 128.0 + 128.0).floor() as f32 / 256.0)
+            random.vector().map(|x| (x * 128.0 + 128.0).floor() as f32 / 256.0)
         })
         .collect();
     map(size, |face, x, y| texels[(face * size + y) * size + x])
@@ -195,10 +186,7 @@ pub(crate) fn assert_finite(out: &Env) {
     for value in values {
         assert!(value.is_finite(), "{out:?}");
     }
-    assert!(
-        out.u.abs() <= 1.0 && out.v.abs() <= 1.0 && out.face < 6,
-        "{out:?}"
-    );
+    assert!(out.u.abs() <= 1.0 && out.v.abs() <= 1.0 && out.face < 6, "{out:?}");
     assert!(out.probes >= 1 && out.lod >= 0.0, "{out:?}");
     assert!(out.lambda[0] >= 0.0 && out.lambda[1] >= 0.0, "{out:?}");
 }
@@ -206,14 +194,7 @@ pub(crate) fn assert_finite(out: &Env) {
 /// The 48 signed permutations of the axes.
 pub(crate) fn symmetries() -> Vec<[[f64; 3]; 3]> {
     let mut all = vec![];
-    for order in [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ] {
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         for signs in 0..8u32 {
             let mut matrix = [[0.0; 3]; 3];
             for (row, axis) in order.into_iter().enumerate() {

@@ -16,19 +16,13 @@ fn borders_repeat_the_neighbours_and_corners_hold_the_mean_of_three() {
         (TexelFormat::Unorm8, 1, 12),
         (TexelFormat::Rgb9e5, 17, 24),
     ] {
-        let config = Config {
-            texel_format: format,
-            texel_int: int,
-            texel_frac: frac,
-            ..Config::default()
-        };
+        let config =
+            Config { texel_format: format, texel_int: int, texel_frac: frac, ..Config::default() };
         for size in [1, 2, 3, 5, 8] {
             let levels = vec![chain(&mut rng, size, any_texel).remove(0)];
             let texture = build(&config, &levels);
             let wide = texture.widened();
-            let Texels::Wide(texels) = &wide.texels else {
-                panic!("widened texels are wide")
-            };
+            let Texels::Wide(texels) = &wide.texels else { panic!("widened texels are wide") };
             let n = i64::try_from(size).expect("small");
             for face in 0..6 {
                 for y in -1..=n {

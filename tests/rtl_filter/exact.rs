@@ -38,10 +38,7 @@ fn any_filter(rng: &mut Rng) -> Option<(Config, filter::Cfg, address::Cfg)> {
     set(Reg::FilterColor, any_format(rng, false, (8, 17), (0, 30)));
     if rng.one_in(2) {
         let signed = rng.one_in(3);
-        set(
-            Reg::FilterBilinear,
-            any_format(rng, signed, (4, 17), (0, 40)),
-        );
+        set(Reg::FilterBilinear, any_format(rng, signed, (4, 17), (0, 40)));
     }
     set(Reg::AddrS, any_format(rng, true, (6, 16), (0, 12)));
     let filter = filter::Cfg::new(&config).ok()?;
@@ -60,11 +57,7 @@ fn any_line(rng: &mut Rng, config: &Config, size: i64) -> filter::In {
             step_frac: 24,
             count: rng.range(1, config.max_probes.into()),
         },
-        lod: if rng.one_in(3) {
-            rng.range(0, 4) << 8
-        } else {
-            rng.range(0, 6 << 8)
-        },
+        lod: if rng.one_in(3) { rng.range(0, 4) << 8 } else { rng.range(0, 6 << 8) },
     }
 }
 
@@ -75,11 +68,7 @@ fn filtered(
     line: &filter::In,
 ) -> ([i64; 3], Flags) {
     let mut flags = Flags::default();
-    let mut sink = Sink {
-        lane: 0,
-        flags: &mut flags,
-        tap: &mut NoTap,
-    };
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
     let out = filter::filter(&parts.1, &parts.2, roms, texture, line, &mut sink);
     (out.color, flags)
 }
@@ -122,11 +111,7 @@ fn defined(
     let (probe_weights, total) = match config.weights {
         Weights::Box => (vec![1; probes.len()], i128::from(count)),
         Weights::Gaussian => (
-            weights(
-                count,
-                config.probe_weight_bits,
-                config.count == Count::Feline,
-            ),
+            weights(count, config.probe_weight_bits, config.count == Count::Feline),
             1 << config.probe_weight_bits,
         ),
     };
@@ -155,11 +140,8 @@ fn defined(
                     }
                 }
                 if narrowed {
-                    let lsbs = round_ratio(
-                        bilinear << register.frac,
-                        1 << exact_frac,
-                        register.rounding,
-                    );
+                    let lsbs =
+                        round_ratio(bilinear << register.frac, 1 << exact_frac, register.rounding);
                     bilinear = limit(lsbs, register).0;
                 }
                 sum += bilinear * part * i128::from(weight);
@@ -167,10 +149,8 @@ fn defined(
         }
         let format = config.format(Reg::FilterColor);
         let divisor = total << (sum_frac + config.lod_bits);
-        let (code, outside) = limit(
-            round_ratio(sum << format.frac, divisor, format.rounding),
-            format,
-        );
+        let (code, outside) =
+            limit(round_ratio(sum << format.frac, divisor, format.rounding), format);
         *out = code;
         over |= outside;
     }
@@ -192,11 +172,7 @@ fn the_filter_is_exact_up_to_its_registers() {
         for _ in 0..3 {
             let line = any_line(&mut rng, &parts.0, i64::try_from(size).expect("small"));
             let mut flags = Flags::default();
-            let mut sink = Sink {
-                lane: 0,
-                flags: &mut flags,
-                tap: &mut NoTap,
-            };
+            let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
             let probes: Vec<address::Probe> = (0..line.line.count)
                 .map(|k| address::address(&parts.2, &roms, &line.line, k, &mut sink))
                 .collect();
@@ -208,18 +184,11 @@ fn the_filter_is_exact_up_to_its_registers() {
             grey += usize::from(got[0] == got[1]);
             saturated += usize::from(over);
             let wide = filtered(&parts, &roms, &texture.widened(), &line);
-            assert_eq!(
-                wide,
-                (got, flags),
-                "seed {seed}: decoded texels give other bits"
-            );
+            assert_eq!(wide, (got, flags), "seed {seed}: decoded texels give other bits");
         }
     }
     assert!(compared > 1000, "{compared}");
-    assert!(
-        grey < compared / 2 && saturated < compared / 2,
-        "{grey} {saturated} of {compared}"
-    );
+    assert!(grey < compared / 2 && saturated < compared / 2, "{grey} {saturated} of {compared}");
 }
 
 #[test]
@@ -305,22 +274,13 @@ fn division_by_every_count_is_exact_up_to_the_largest_sums() {
                     lod: 100,
                 };
                 let mut flags = Flags::default();
-                let mut sink = Sink {
-                    lane: 0,
-                    flags: &mut flags,
-                    tap: &mut NoTap,
-                };
+                let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
                 let probes: Vec<address::Probe> = (0..count)
                     .map(|k| address::address(&parts.2, &roms, &line.line, k, &mut sink))
                     .collect();
                 let (want, _) = defined(&config, &probes, &levels, line.lod);
                 let (got, _) = filtered(&parts, &roms, &texture, &line);
-                assert_eq!(
-                    got.map(i128::from),
-                    want,
-                    "{count} probes, {}",
-                    rounding.name()
-                );
+                assert_eq!(got.map(i128::from), want, "{count} probes, {}", rounding.name());
                 remainders += usize::from(got[0] & 0xff != 0);
             }
         }
@@ -372,11 +332,7 @@ fn a_trace_shows_the_sums_that_the_colour_is_made_of() {
     let texture = build(&config, &levels);
     let mut flags = Flags::default();
     let mut record = Record::default();
-    let mut sink = Sink {
-        lane: 0,
-        flags: &mut flags,
-        tap: &mut record,
-    };
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut record };
     // Texel (2, 1) of 4: u = 2·2.5/4 − 1, v = 2·1.5/4 − 1.
     let line = filter::In {
         line: address::In {
@@ -393,11 +349,7 @@ fn a_trace_shows_the_sums_that_the_colour_is_made_of() {
     assert_eq!(out.color, want);
     assert_eq!(out.texels, 4);
     for (c, texel) in want.into_iter().enumerate() {
-        assert!(
-            record
-                .0
-                .contains(&(0, Reg::FilterBilinear, c, texel << 16, 40))
-        );
+        assert!(record.0.contains(&(0, Reg::FilterBilinear, c, texel << 16, 40)));
         assert!(record.0.contains(&(0, Reg::FilterColor, c, texel, 24)));
     }
     assert!(record.0.contains(&(0, Reg::AddrS, 0, 2 << 8, 8)));

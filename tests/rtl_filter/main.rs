@@ -35,10 +35,8 @@ fn any_texel(rng: &mut Rng) -> u32 {
 }
 
 fn build(config: &Config, levels: &Levels) -> Texture {
-    let sources: Vec<Source<'_>> = levels
-        .iter()
-        .map(|(size, words)| Source { size: *size, words })
-        .collect();
+    let sources: Vec<Source<'_>> =
+        levels.iter().map(|(size, words)| Source { size: *size, words }).collect();
     Texture::new(config, &sources, &across_edge).expect("legal texels")
 }
 
@@ -59,10 +57,7 @@ fn texel(config: &Config, level: &(usize, Vec<[u32; 3]>), face: usize, x: i64, y
     let mut out = [0; 3];
     for (c, o) in out.iter_mut().enumerate() {
         *o = if rtl_model::texel::keeps_half(config) {
-            let sum: f64 = three
-                .iter()
-                .map(|t| f16::from_bits(to_half(t[c])).to_f64())
-                .sum();
+            let sum: f64 = three.iter().map(|t| f16::from_bits(to_half(t[c])).to_f64()).sum();
             half_to_q24(f16::from_f64(sum / 3.0).to_bits())
         } else {
             let sum: i64 = three.iter().map(|t| decode(config, *t)[c]).sum();

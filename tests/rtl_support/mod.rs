@@ -1,8 +1,5 @@
 //! What the tests of the integer model through the crate share: subjects, engines, traces.
-#![allow(
-    dead_code,
-    reason = "each test binary uses its own part of this module"
-)]
+#![allow(dead_code, reason = "each test binary uses its own part of this module")]
 #![expect(
     clippy::unwrap_used,
     reason = "a test stops at the first thing that is not as it should be"
@@ -30,20 +27,12 @@ pub(crate) fn subject_with(
     settings: &Settings,
     map: Option<CubeMap>,
 ) -> Subject {
-    let options = SceneOptions {
-        width: size,
-        height: size,
-        ..SceneOptions::default()
-    };
+    let options = SceneOptions { width: size, height: size, ..SceneOptions::default() };
     let scene = build(name, &options, settings).unwrap();
     let map = map.unwrap_or_else(|| build_mips(scene.environment()));
     let background = background(&scene, &map, settings);
     assert!(!scene.fragments.is_empty(), "{name} shows nothing");
-    Subject {
-        scene,
-        map,
-        background,
-    }
+    Subject { scene, map, background }
 }
 
 /// A scene with its own environment, `size` pixels square.
@@ -121,8 +110,5 @@ pub(crate) fn lod(t: &Traced) -> f64 {
 /// Fails unless the two are within `slack`.
 #[track_caller]
 pub(crate) fn near(found: f64, want: f64, slack: f64) {
-    assert!(
-        (found - want).abs() <= slack,
-        "{found}, not {want} ± {slack:e}"
-    );
+    assert!((found - want).abs() <= slack, "{found}, not {want} ± {slack:e}");
 }

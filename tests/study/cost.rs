@@ -6,10 +6,7 @@ use tapline::study::cost::{CostModel, Operation};
 use tapline::unit::UnitSpec;
 use tapline::unit::knobs::Value;
 
-const ALL: Needs = Needs {
-    bump: true,
-    rough: true,
-};
+const ALL: Needs = Needs { bump: true, rough: true };
 
 /// Units in which a register is used that is not there by default.
 fn unit_with(reg: Reg) -> UnitSpec {
@@ -27,12 +24,7 @@ fn unit_with(reg: Reg) -> UnitSpec {
     if reg == Reg::HitHalved {
         set("hit.method", text("illinois"));
     }
-    let plane = [
-        Reg::HitNormal,
-        Reg::HitInvNormal,
-        Reg::HitCosine,
-        Reg::HitInvCosine,
-    ];
+    let plane = [Reg::HitNormal, Reg::HitInvNormal, Reg::HitCosine, Reg::HitInvCosine];
     if is(&plane) || is(&[Reg::HitAlong, Reg::HitSlope]) {
         set("hit.footprint", text("plane"));
     }
@@ -51,10 +43,7 @@ fn a_longer_word_of_any_register_that_is_built_costs_more() {
         for reg in Reg::ALL {
             let spec = unit_with(*reg);
             let sheet = model.sheet(&spec.config, operation);
-            let built = sheet
-                .stages
-                .iter()
-                .any(|(stage, _)| stage.name() == reg.info().stage);
+            let built = sheet.stages.iter().any(|(stage, _)| stage.name() == reg.info().stage);
             // `jacobian` and `cube_face` of a ray have some registers of a reflection's only.
             let reflects_only = ["jacobian", "cube_face"].contains(&reg.info().stage)
                 && operation != Operation::Env(ALL)
@@ -73,16 +62,9 @@ fn a_longer_word_of_any_register_that_is_built_costs_more() {
             }
             let mut wider = spec.clone();
             wider.config.formats[reg.index()].frac += 1;
-            let gates = |s: &UnitSpec| {
-                model
-                    .sheet(&s.config, operation)
-                    .total()
-                    .gates(&model.cells)
-            };
-            assert!(
-                gates(&wider) > gates(&spec),
-                "{operation:?}: {reg:?} costs nothing"
-            );
+            let gates =
+                |s: &UnitSpec| model.sheet(&s.config, operation).total().gates(&model.cells);
+            assert!(gates(&wider) > gates(&spec), "{operation:?}: {reg:?} costs nothing");
             counted += 1;
         }
         assert!(counted > 30, "{operation:?}: only {counted} registers");
@@ -95,10 +77,7 @@ fn tables_probes_and_policies_that_need_more_cost_more() {
     let gates = |path: &str, value: Value, operation| {
         let mut spec = UnitSpec::default();
         spec.set(path, &value).unwrap();
-        model
-            .sheet(&spec.config, operation)
-            .total()
-            .gates(&model.cells)
+        model.sheet(&spec.config, operation).total().gates(&model.cells)
     };
     let env = Operation::Env(ALL);
     let whole = |n| Value::Integer(n);
@@ -114,12 +93,7 @@ fn tables_probes_and_policies_that_need_more_cost_more() {
         ("filter.weight_bits", whole(4), whole(8), env),
         ("filter.lod_bits", whole(4), whole(8), env),
         ("texel.frac", whole(16), whole(24), env),
-        (
-            "hit.method",
-            text("false-position"),
-            text("illinois"),
-            Operation::Hit,
-        ),
+        ("hit.method", text("false-position"), text("illinois"), Operation::Hit),
         ("hit.footprint", text("disc"), text("plane"), Operation::Hit),
         ("cone.format", text("bf16"), text("f32"), Operation::Tex),
         ("cone.count", whole(1), whole(2), Operation::Tex),
@@ -135,38 +109,23 @@ fn tables_probes_and_policies_that_need_more_cost_more() {
 
 #[test]
 fn cycles_are_those_of_the_slowest_part() {
-    let model = CostModel {
-        look_up_interval: 3.0,
-        ..CostModel::default()
-    };
+    let model = CostModel { look_up_interval: 3.0, ..CostModel::default() };
     let env = Operation::Env(ALL);
     let cycles = |operation, loops| model.cycles(operation, loops);
     assert!((cycles(env, [0.5, 0.0]) - 1.0).abs() < 1e-12, "the front");
-    assert!(
-        (cycles(env, [4.25, 9.0]) - 4.25).abs() < 1e-12,
-        "the probes"
-    );
+    assert!((cycles(env, [4.25, 9.0]) - 4.25).abs() < 1e-12, "the probes");
     // dist(R) and dist(x) come before the loop.
-    assert!(
-        (cycles(Operation::Hit, [4.25, 2.0]) - 12.0).abs() < 1e-12,
-        "the search"
-    );
+    assert!((cycles(Operation::Hit, [4.25, 2.0]) - 12.0).abs() < 1e-12, "the search");
 }
 
 #[test]
 fn the_knobs_file_reads_back_and_says_what_is_wrong() {
-    let mut model = CostModel {
-        front_interval: 2.0,
-        ..CostModel::default()
-    };
+    let mut model = CostModel { front_interval: 2.0, ..CostModel::default() };
     model.cells.rom_bit = 0.5;
     model.cache.ways = 8;
     assert_eq!(CostModel::parse("c.toml", &model.to_toml()).unwrap(), model);
     for (text, parts) in [
-        (
-            "[cells]\nnand = 1.0",
-            &["line 2, column 1, nand", "unknown key"][..],
-        ),
+        ("[cells]\nnand = 1.0", &["line 2, column 1, nand", "unknown key"][..]),
         ("[cells]\nmux2 = -1.0", &["line 2, column 8, mux2"]),
         ("[cache]\nways = 3", &["line 1", "power of two"]),
     ] {

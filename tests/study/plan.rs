@@ -14,10 +14,7 @@ fn parse(text: &str) -> Result<Plan, InputError> {
 fn sets(text: &str) -> Vec<Vec<String>> {
     let plan = parse(text).unwrap();
     let text = |(path, value): &(String, Value)| format!("{path}={value}");
-    points(&plan)
-        .iter()
-        .map(|p| p.sets.iter().map(text).collect())
-        .collect()
+    points(&plan).iter().map(|p| p.sets.iter().map(text).collect()).collect()
 }
 
 const AXES: &str = r#"
@@ -50,10 +47,7 @@ fn points_come_from_axes_by_the_mode() {
     assert_eq!(sets(&drawn), sets(&drawn));
     assert_ne!(sets(&drawn), sets(&drawn.replace("seed = 7", "seed = 8")));
     let zip = AXES.replace("[4, 8]", "[4, 6, 8]");
-    assert_eq!(
-        sets(&format!("mode = \"zip\"\n{zip}"))[2][0],
-        "filter.weight_bits=8"
-    );
+    assert_eq!(sets(&format!("mode = \"zip\"\n{zip}"))[2][0], "filter.weight_bits=8");
     let spans = r#"
 scenes = ["sphere"]
 [[axis]]
@@ -80,13 +74,7 @@ fn points_that_differ_in_late_stages_follow_each_other() {
     let order = order(&plan, &points);
     // The register of `jacobian` is the slow axis although the file has it last.
     let fracs: Vec<&Value> = order.iter().map(|i| &points[*i].sets[1].1).collect();
-    assert_eq!(
-        fracs,
-        [18, 18, 19, 19, 20, 20]
-            .map(Value::Integer)
-            .iter()
-            .collect::<Vec<_>>()
-    );
+    assert_eq!(fracs, [18, 18, 19, 19, 20, 20].map(Value::Integer).iter().collect::<Vec<_>>());
     let mut sorted = order.clone();
     sorted.sort_unstable();
     assert_eq!(sorted, (0..6).collect::<Vec<_>>());

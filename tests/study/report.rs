@@ -24,11 +24,7 @@ fn a_report_has_frontier_details_and_footprints_and_asks_for_nothing() {
     fs::write(folder.join("s.toml"), STUDY).unwrap();
     let run = |args: &[&str]| {
         let output = command().current_dir(folder).args(args).output().unwrap();
-        assert!(
-            output.status.success(),
-            "{args:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     };
     run(&["study", "s.toml", "--out", "r"]);
     run(&["study", "report", "r"]);
@@ -38,10 +34,7 @@ fn a_report_has_frontier_details_and_footprints_and_asks_for_nothing() {
     assert!(whole.len() > plain.len() + 10_000, "details add pictures");
     // From the JSON alone: the details stay, and the page is the same.
     run(&["study", "report", "r"]);
-    assert_eq!(
-        fs::read_to_string(folder.join("r/report.html")).unwrap(),
-        whole
-    );
+    assert_eq!(fs::read_to_string(folder.join("r/report.html")).unwrap(), whole);
 
     assert!(whole.contains("A &lt;small&gt; study") && !whole.contains("<small>"));
     // `xmlns` is a name, not a request.
@@ -64,17 +57,12 @@ fn a_report_has_frontier_details_and_footprints_and_asks_for_nothing() {
     ] {
         assert!(whole.contains(part), "no {part}");
     }
-    let figures: Vec<_> = fs::read_dir(folder.join("r/figures"))
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .collect();
+    let figures: Vec<_> =
+        fs::read_dir(folder.join("r/figures")).unwrap().map(|e| e.unwrap().path()).collect();
     assert!(figures.len() >= 12, "{figures:?}");
     for figure in &figures {
         let text = fs::read_to_string(figure).unwrap();
-        assert!(
-            text.starts_with("<svg") && text.ends_with("</svg>"),
-            "{figure:?}"
-        );
+        assert!(text.starts_with("<svg") && text.ends_with("</svg>"), "{figure:?}");
         let open = text.matches("<g").count();
         assert_eq!(open, text.matches("</g>").count(), "{figure:?}");
     }

@@ -15,12 +15,7 @@ use tapline::truth::{TruthOptions, background};
 use tapline::unit::{ReferenceAxis, UnitSpec, check};
 
 fn options() -> SceneOptions {
-    SceneOptions {
-        width: 10,
-        height: 10,
-        face_size: Some(32),
-        ..SceneOptions::default()
-    }
+    SceneOptions { width: 10, height: 10, face_size: Some(32), ..SceneOptions::default() }
 }
 
 fn reflections(name: &str) -> Subject {
@@ -28,11 +23,7 @@ fn reflections(name: &str) -> Subject {
     let scene = build(name, &options(), &settings).unwrap();
     let map = build_mips(scene.environment());
     let background = background(&scene, &map, &settings);
-    Subject {
-        scene,
-        map,
-        background,
-    }
+    Subject { scene, map, background }
 }
 
 fn rays() -> HitSubject {
@@ -49,9 +40,7 @@ fn cones() -> TexSubject {
 fn lone(scene: &Scene, spec: &UnitSpec) -> Rendering {
     let settings = spec.settings(ReferenceAxis::Exact);
     match scene {
-        Scene::Env(s) => RtlEngine::new(spec, s.needs(), &s.map)
-            .unwrap()
-            .render(s, &|_| {}),
+        Scene::Env(s) => RtlEngine::new(spec, s.needs(), &s.map).unwrap().render(s, &|_| {}),
         Scene::Hit(s) => {
             let size = s.map.size();
             let engine =
@@ -73,16 +62,11 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
             ("footprint.count", "feline"),
             ("hit.method", "secant"),
         ][..],
-        &[
-            ("jacobian.dnmod", "frame"),
-            ("eigen.minor", "det"),
-            ("hit.footprint", "plane"),
-        ],
+        &[("jacobian.dnmod", "frame"), ("eigen.minor", "det"), ("hit.footprint", "plane")],
     ] {
         let mut base = UnitSpec::default();
         for (path, value) in sets {
-            base.set(path, &tapline::unit::knobs::Value::Text((*value).into()))
-                .unwrap();
+            base.set(path, &tapline::unit::knobs::Value::Text((*value).into())).unwrap();
         }
         bases.push(base);
     }
@@ -105,36 +89,22 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
             if !std::ptr::eq(base, &raw const bases[0]) && tried % 4 != 0 {
                 continue;
             }
-            let Some(spec) = others(&knob.value, &knob.legal)
-                .iter()
-                .rev()
-                .find_map(legal)
-            else {
+            let Some(spec) = others(&knob.value, &knob.legal).iter().rev().find_map(legal) else {
                 continue;
             };
             let settings = spec.settings(ReferenceAxis::Exact);
             // The distances' memory has limits that no check of a unit knows.
             let Ok((mine, _, saved)) = bench.render(&spec, &settings, true) else {
-                assert!(
-                    knob.path.starts_with("registers.hit.distance."),
-                    "{}",
-                    knob.path
-                );
+                assert!(knob.path.starts_with("registers.hit.distance."), "{}", knob.path);
                 continue;
             };
             let alone = lone(bench.scene(), &spec);
             let place = &knob.path;
             assert_eq!(mine.picture, alone.picture, "{place}: picture");
-            assert_eq!(
-                (mine.probes, mine.texels),
-                (alone.probes, alone.texels),
-                "{place}"
-            );
+            assert_eq!((mine.probes, mine.texels), (alone.probes, alone.texels), "{place}");
             assert_eq!(mine.flags, alone.flags, "{place}: flags");
             let searches = |r: &Rendering| {
-                r.searches
-                    .as_ref()
-                    .map(|s| (s.status.clone(), s.iterations.clone()))
+                r.searches.as_ref().map(|s| (s.status.clone(), s.iterations.clone()))
             };
             assert_eq!(searches(&mine), searches(&alone), "{place}: searches");
             let tiles = |r: &Rendering| r.texture_use.as_ref().map(|u| u.tiles.clone());
@@ -186,8 +156,7 @@ fn figures_with_and_without_reuse_are_the_same() {
             ("registers.address.s.frac", 5),
         ] {
             let mut spec = UnitSpec::default();
-            spec.set(path, &tapline::unit::knobs::Value::Integer(value))
-                .unwrap();
+            spec.set(path, &tapline::unit::knobs::Value::Integer(value)).unwrap();
             let settings = spec.settings(ReferenceAxis::Exact);
             let a = keeps.measure(&spec, &settings, &how(true)).unwrap();
             let b = forgets.measure(&spec, &settings, &how(false)).unwrap();

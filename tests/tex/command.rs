@@ -18,10 +18,7 @@ fn trace_lines_are_answered_by_both_engines() {
         // w = ¼ on 2 world units and 256 texels: 32 texels either way, level 5.
         assert_eq!(out["probes"], 1, "{out}");
         assert!((out["lod"].as_f64().unwrap() - 5.0).abs() < 1e-9, "{out}");
-        assert!(
-            (out["lambda"][0].as_f64().unwrap() - 32.0).abs() < 1e-4,
-            "{out}"
-        );
+        assert!((out["lambda"][0].as_f64().unwrap() - 32.0).abs() < 1e-4, "{out}");
         for key in ["dp_dx", "dp_dy", "ddx", "ddy", "K", "axis", "flags"] {
             assert!(out[key].is_array(), "{key} in {out}");
         }
@@ -30,15 +27,7 @@ fn trace_lines_are_answered_by_both_engines() {
 
 #[test]
 fn trace_lines_take_the_texture_s_size() {
-    let args = [
-        "trace",
-        "--input",
-        "-",
-        "--engine",
-        "f64",
-        "--face-size",
-        "1024",
-    ];
+    let args = ["trace", "--input", "-", "--engine", "f64", "--face-size", "1024"];
     let ran = tapline_fed(&args, LINE.as_bytes()).done();
     assert!((ran.json()["out"]["lod"].as_f64().unwrap() - 7.0).abs() < 1e-9);
 }
@@ -55,10 +44,7 @@ fn bad_trace_lines_are_refused_by_line() {
         let input = format!("{LINE}\n{text}\n");
         let ran = tapline_fed(&["trace", "--input", "-"], input.as_bytes());
         assert_eq!(ran.status, Some(2), "{ran:?}");
-        assert!(
-            ran.stderr.contains("line 2") && ran.stderr.contains(key),
-            "{ran:?}"
-        );
+        assert!(ran.stderr.contains("line 2") && ran.stderr.contains(key), "{ran:?}");
         assert_eq!(ran.stdout.lines().count(), 1);
     }
 }
@@ -74,9 +60,7 @@ fn a_scene_s_pixel_is_traced_and_its_line_can_be_fed_back() {
     let out = value["out"].take();
     value.as_object_mut().unwrap().remove("out");
     let args = ["trace", "--input", "-", "--face-size", "128"];
-    let again = tapline_fed(&args, value.to_string().as_bytes())
-        .done()
-        .json();
+    let again = tapline_fed(&args, value.to_string().as_bytes()).done().json();
     for key in ["ddx", "ddy", "K", "lambda", "lod", "probes"] {
         assert_eq!(again["out"][key], out[key], "{key}");
     }
@@ -89,14 +73,8 @@ fn compare_tells_tiles_and_takes_a_texture() {
     let file = std::fs::File::create(&path).unwrap();
     let mut encoder = png::Encoder::new(file, 48, 20);
     encoder.set_color(png::ColorType::Rgb);
-    let pixels: Vec<u8> = (0..48 * 20 * 3u32)
-        .map(|i| u8::try_from(i * 7 % 251).unwrap())
-        .collect();
-    encoder
-        .write_header()
-        .unwrap()
-        .write_image_data(&pixels)
-        .unwrap();
+    let pixels: Vec<u8> = (0..48 * 20 * 3u32).map(|i| u8::try_from(i * 7 % 251).unwrap()).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
     let texture = path.display().to_string();
     let args = [
         "compare",
@@ -141,9 +119,7 @@ fn studies_print_tables_and_json() {
     let rows = formats["rows"].as_array().unwrap();
     assert!(rows.len() >= 15 && rows.iter().any(|r| r["cones"] == "bf16 truncate"));
     let error = |name: &str| {
-        let row = rows
-            .iter()
-            .find(|r| r["cones"] == name && r["from_bounce"] == 0);
+        let row = rows.iter().find(|r| r["cones"] == name && r["from_bounce"] == 0);
         row.unwrap()["lod_error"]["p95"].as_f64().unwrap()
     };
     assert!(error("f32") < error("f16") && error("f16") < error("bf16 rne"));

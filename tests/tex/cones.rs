@@ -41,10 +41,7 @@ fn cameras_agree_within_half_an_ulp() {
                     (value(cfg.width(mine.width)), theirs.width.0),
                 ] {
                     let half = libm::ldexp(want.abs(), -bits - 1);
-                    assert!(
-                        (got - want).abs() <= half * (1.0 + 1e-9),
-                        "{format:?} {got} {want}"
-                    );
+                    assert!((got - want).abs() <= half * (1.0 + 1e-9), "{format:?} {got} {want}");
                 }
             }
             assert!((registers.pixel_width() - doubles.pixel_width()).abs() < 1e-15);
@@ -84,10 +81,7 @@ fn path(d: [f64; 3]) -> Path {
             Event::Step(Step::Reflect(2.0)),
             Event::Step(Step::Propagate(2.0)),
             look(1),
-            Event::Sky {
-                direction: d,
-                weight: 1.0,
-            },
+            Event::Sky { direction: d, weight: 1.0 },
         ],
     }
 }
@@ -96,18 +90,12 @@ fn asked(lens: Lens, policy: &TexPolicy) -> Vec<f64> {
     let camera = camera(lens);
     let mut doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let mut out = Vec::new();
-    walk(
-        &mut doubles,
-        policy,
-        lens,
-        &path(unit(camera.w)),
-        &mut |asked, cone| {
-            out.push(match asked {
-                Asked::Look(_) => cone.width.0,
-                Asked::Sky(..) => cone.angle.0,
-            });
-        },
-    );
+    walk(&mut doubles, policy, lens, &path(unit(camera.w)), &mut |asked, cone| {
+        out.push(match asked {
+            Asked::Look(_) => cone.width.0,
+            Asked::Sky(..) => cone.angle.0,
+        });
+    });
     out
 }
 
@@ -127,13 +115,7 @@ fn the_wider_cone_counts_but_at_the_first_hit_of_a_pinhole() {
     let lens_angle = -pixel / distance + 4.0 * lens_width;
     let want = (first + 2.0 * pinhole_angle).max((lens_width + 2.0 * lens_angle).abs());
     assert!((two[1] / want - 1.0).abs() < 1e-12, "{two:?} {want}");
-    let one = asked(
-        Lens::Pinhole,
-        &TexPolicy {
-            cones: 1,
-            ..TexPolicy::default()
-        },
-    );
+    let one = asked(Lens::Pinhole, &TexPolicy { cones: 1, ..TexPolicy::default() });
     assert!((one[1] / (first + 2.0 * pinhole_angle) - 1.0).abs() < 1e-12);
     // A thin lens has no exception: 0.3·(1 − 3/5) is far above a pixel.
     let lens = asked(Lens::Thin { width: 0.3 }, &TexPolicy::default());
@@ -148,10 +130,7 @@ fn the_distance_metric_knows_nothing_of_mirrors() {
     let camera = camera(Lens::Pinhole);
     let doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let policy = TexPolicy {
-        metric: ConeMetric::Distance,
-        ..TexPolicy::default()
-    };
+    let policy = TexPolicy { metric: ConeMetric::Distance, ..TexPolicy::default() };
     for lens in [Lens::Pinhole, Lens::Thin { width: 0.3 }] {
         let found = asked(lens, &policy);
         let per_unit = doubles.pixel_width() / distance;
@@ -168,11 +147,7 @@ fn registers_and_doubles_choose_alike() {
     let registers = RtlCones::new(&cfg, &camera);
     let load = |angle: f64, width: f64| {
         let mut flags = Flags::default();
-        cfg.load(
-            [angle, width].map(f64::to_bits),
-            &mut cfg.dither(0),
-            &mut flags,
-        )
+        cfg.load([angle, width].map(f64::to_bits), &mut cfg.dither(0), &mut flags)
     };
     let (a, b) = (load(-0.5, 0.25), load(0.25, -2.0));
     assert_eq!(registers.choose([a, b], Larger::Width, false), b);
@@ -197,9 +172,6 @@ fn otk_s_constant_gradient_is_off_by_27_to_minus_36_per_cent_along_an_axis() {
     }
     let over = |i: usize| rows[i].errors()[0];
     assert!((over(0) - 0.273_239_544_735).abs() < 1e-9);
-    assert!(
-        (over(4) + 0.363_380_227_632).abs() < 1e-9,
-        "an edge's middle"
-    );
+    assert!((over(4) + 0.363_380_227_632).abs() < 1e-9, "an edge's middle");
     assert!((over(8) + 0.575_586_818_421).abs() < 1e-9, "a corner");
 }

@@ -78,13 +78,7 @@ fn no_width_is_a_point_and_signs_do_not_count() {
 #[test]
 fn widths_from_the_least_subnormal_to_the_largest_number() {
     // bf16 has the range of binary32; a subnormal keeps its own width.
-    for width in [
-        libm::exp2(-133.0),
-        libm::exp2(-126.0),
-        1e-20,
-        1e9,
-        libm::exp2(127.0),
-    ] {
+    for width in [libm::exp2(-133.0), libm::exp2(-126.0), 1e-20, 1e9, libm::exp2(127.0)] {
         // As the register holds it.
         let mut flags = rtl_model::fx::Flags::default();
         let unit = engine();
@@ -104,34 +98,10 @@ fn zero_vectors_and_parallel_derivatives_have_an_answer() {
         (zero, UP, S, T, "surface_footprint.parallel"),
         (DOWN, zero, S, T, "surface_footprint.parallel"),
         (zero, zero, S, T, "surface_footprint.parallel"),
-        (
-            [0.5, -1.0, 0.0],
-            UP,
-            zero,
-            T,
-            "surface_footprint.degenerate",
-        ),
-        (
-            [0.5, -1.0, 0.0],
-            UP,
-            S,
-            zero,
-            "surface_footprint.degenerate",
-        ),
-        (
-            [0.5, -1.0, 0.0],
-            UP,
-            zero,
-            zero,
-            "surface_footprint.degenerate",
-        ),
-        (
-            [0.5, -1.0, 0.0],
-            UP,
-            S,
-            [4.0, 0.0, 0.0],
-            "surface_footprint.degenerate",
-        ),
+        ([0.5, -1.0, 0.0], UP, zero, T, "surface_footprint.degenerate"),
+        ([0.5, -1.0, 0.0], UP, S, zero, "surface_footprint.degenerate"),
+        ([0.5, -1.0, 0.0], UP, zero, zero, "surface_footprint.degenerate"),
+        ([0.5, -1.0, 0.0], UP, S, [4.0, 0.0, 0.0], "surface_footprint.degenerate"),
     ];
     for (d, n, s, t, flag) in cases {
         let (lambda, flags) = lambdas(&request(d, n, s, t), 0.25);
@@ -173,23 +143,15 @@ fn words() -> impl Strategy<Value = TexWords> {
         (vector(), vector(), prop::array::uniform4(any::<u64>()))
             .prop_map(|(s, t, st)| { Tangents::Triangle { edges: [s, t], st } }),
     ];
-    (
-        any::<[u32; 2]>(),
-        vector(),
-        vector(),
-        tangents,
-        any::<[u64; 2]>(),
-    )
-        .prop_map(|([angle, width], d, n, tangents, st)| TexWords {
-            cone: Cone {
-                angle: Angle(angle),
-                width: Width(width),
-            },
+    (any::<[u32; 2]>(), vector(), vector(), tangents, any::<[u64; 2]>()).prop_map(
+        |([angle, width], d, n, tangents, st)| TexWords {
+            cone: Cone { angle: Angle(angle), width: Width(width) },
             d,
             n,
             tangents,
             st,
-        })
+        },
+    )
 }
 
 proptest! {

@@ -23,11 +23,7 @@ struct Values(BTreeMap<(Reg, usize), (i64, i64)>);
 impl Tap for Values {
     fn put(&mut self, _: usize, reg: Reg, component: usize, raw: i64, frac: i64) {
         let zeros = i64::from(raw.trailing_zeros());
-        let value = if raw == 0 {
-            (0, 0)
-        } else {
-            (raw >> zeros, frac - zeros)
-        };
+        let value = if raw == 0 { (0, 0) } else { (raw >> zeros, frac - zeros) };
         self.0.insert((reg, component), value);
     }
 }
@@ -41,10 +37,7 @@ fn map() -> PlanarMap {
         let byte = |n: &mut Random| f32::from(u8::try_from(n.bits() >> 56).unwrap()) / 256.0;
         [byte(&mut numbers), byte(&mut numbers), byte(&mut numbers)]
     });
-    build_planar_mips(PlanarLevel {
-        size: [32, 16],
-        texels: texels.collect(),
-    })
+    build_planar_mips(PlanarLevel { size: [32, 16], texels: texels.collect() })
 }
 
 /// Requests along the axes, at any angle, grazing, on triangles, far outside of the texture; and their widths.

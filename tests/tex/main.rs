@@ -1,8 +1,5 @@
 //! The TEX operation: cones on textured surfaces, 2-D textures, scenes, studies.
-#![expect(
-    clippy::float_cmp,
-    reason = "where bits must be equal, that is what is tested"
-)]
+#![expect(clippy::float_cmp, reason = "where bits must be equal, that is what is tested")]
 
 mod command;
 mod cones;
@@ -36,12 +33,7 @@ pub(crate) fn unit(a: [f64; 3]) -> [f64; 3] {
 
 /// A request on a surface with derivatives.
 pub(crate) fn request(d: [f64; 3], n: [f64; 3], dp_ds: [f64; 3], dp_dt: [f64; 3]) -> TexFragment {
-    TexFragment {
-        d,
-        n,
-        tangents: Tangents::Surface { dp_ds, dp_dt },
-        st: [0.5, 0.5],
-    }
+    TexFragment { d, n, tangents: Tangents::Surface { dp_ds, dp_dt }, st: [0.5, 0.5] }
 }
 
 pub(crate) fn by_f64(spec: &UnitSpec, fragment: &TexFragment, width: f64, size: [usize; 2]) -> Tex {

@@ -103,24 +103,13 @@ fn a_triangles_gradients_are_those_of_its_derivatives() {
             continue;
         }
         let tangents = Tangents::Triangle { edges, st: change };
-        let triangle = TexFragment {
-            d: numbers.vector(),
-            n,
-            tangents,
-            st: [0.0; 2],
-        };
+        let triangle = TexFragment { d: numbers.vector(), n, tangents, st: [0.0; 2] };
         let (dp_ds, dp_dt) = tangents.derivatives();
         let surface = request(triangle.d, n, dp_ds, dp_dt);
         let spec = UnitSpec::default();
-        let (a, b) = (
-            by_f64(&spec, &triangle, 0.3, SIZE),
-            by_f64(&spec, &surface, 0.3, SIZE),
-        );
+        let (a, b) = (by_f64(&spec, &triangle, 0.3, SIZE), by_f64(&spec, &surface, 0.3, SIZE));
         for (x, y) in a.dd.as_flattened().iter().zip(b.dd.as_flattened()) {
-            let size =
-                a.dd.as_flattened()
-                    .iter()
-                    .fold(0.0f64, |m, v| m.max(v.abs()));
+            let size = a.dd.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             assert!((x - y).abs() <= 1e-11 * size, "{a:?} {b:?}");
         }
         // The integer model has a circuit of its own for triangles.
@@ -149,11 +138,7 @@ fn compare(engine: &TexRtl, fragment: &TexFragment, width: f64, gradient: ConeGr
     let (tangents, growth) = match fragment.tangents {
         Tangents::Surface { dp_ds, dp_dt } => ([dp_ds, dp_dt], 1.0),
         Tangents::Triangle { edges, .. } => {
-            let most = there
-                .dd
-                .as_flattened()
-                .iter()
-                .fold(0.0f64, |m, v| m.max(v.abs()));
+            let most = there.dd.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             let sum = terms(fragment, &there.dp);
             (edges, sum / most)
         }
@@ -168,18 +153,11 @@ fn compare(engine: &TexRtl, fragment: &TexFragment, width: f64, gradient: ConeGr
         let (dp_ds, dp_dt) = fragment.tangents.derivatives();
         let plane = cross(dp_ds, dp_dt);
         let square = dot(plane, plane);
-        let grads = [
-            length(cross(dp_dt, plane)) / square,
-            length(cross(plane, dp_ds)) / square,
-        ];
+        let grads = [length(cross(dp_dt, plane)) / square, length(cross(plane, dp_ds)) / square];
         for i in 0..2 {
             let got = probe.get(reg)[i].value();
             // ddx and ddy share an exponent: half of its LSB, too.
-            let shared = there
-                .dd
-                .as_flattened()
-                .iter()
-                .fold(0.0f64, |m, v| m.max(v.abs()));
+            let shared = there.dd.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
             let scale = match gradient {
                 ConeGradient::Gram => length(there.dp[j]) * grads[i],
                 ConeGradient::Otk => {
@@ -188,11 +166,7 @@ fn compare(engine: &TexRtl, fragment: &TexFragment, width: f64, gradient: ConeGr
             };
             let bound = relative * scale + 2.0 * lsb * shared;
             let error = (got - dd[i]).abs();
-            assert!(
-                error <= bound,
-                "{reg:?} {i}: {got} {} {error} {bound}",
-                dd[i]
-            );
+            assert!(error <= bound, "{reg:?} {i}: {got} {} {error} {bound}", dd[i]);
             worst = worst.max(error / bound);
         }
     }
@@ -206,10 +180,7 @@ fn terms(fragment: &TexFragment, dp: &[[f64; 3]; 2]) -> f64 {
     };
     let plane = cross(edges[0], edges[1]);
     let square = dot(plane, plane);
-    let grads = [
-        length(cross(edges[1], plane)) / square,
-        length(cross(plane, edges[0])) / square,
-    ];
+    let grads = [length(cross(edges[1], plane)) / square, length(cross(plane, edges[0])) / square];
     let largest = length(dp[0]).max(length(dp[1]));
     let change = st.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
     largest * (grads[0] + grads[1]) * change
@@ -256,22 +227,14 @@ fn otk_rules_keep_the_sign_of_w_and_flatten_near_the_normal() {
         for c in 0..3 {
             let got = probe.get(Reg::SurfDpDx)[c].value();
             // sin 0.04 magnifies the directions' errors 25 times: 14·25 + 10 LSB of 2^-24.
-            assert!(
-                (got - there.dp[0][c]).abs() < 360.0 / 16_777_216.0,
-                "{angle} {width}"
-            );
+            assert!((got - there.dp[0][c]).abs() < 360.0 / 16_777_216.0, "{angle} {width}");
         }
     }
 }
 
 #[test]
 fn any_anisotropy_cap_holds() {
-    let grazing = request(
-        [1.0, -1e-6, 0.0],
-        [0.0, 1.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0],
-    );
+    let grazing = request([1.0, -1e-6, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     for cap in [1, 2, 8, 16, 64] {
         let mut spec = UnitSpec::default();
         spec.config.tex.max_anisotropy = cap;
@@ -280,9 +243,6 @@ fn any_anisotropy_cap_holds() {
         assert!((length(there.dp[0]) - 0.25 * f64::from(cap)).abs() < 1e-12);
         let (probe, _, _) = by_rtl(&engine, &grazing, 0.25);
         let got = probe.get(Reg::SurfDpDx)[0].value().abs();
-        assert!(
-            (got / (0.25 * f64::from(cap)) - 1.0).abs() < 1e-6,
-            "{cap}: {got}"
-        );
+        assert!((got / (0.25 * f64::from(cap)) - 1.0).abs() < 1e-6, "{cap}: {got}");
     }
 }

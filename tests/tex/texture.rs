@@ -16,21 +16,14 @@ use crate::{Random, request};
 fn texture(size: [usize; 2], seed: u64) -> PlanarMap {
     let mut numbers = Random::new(seed);
     let mut byte = || f32::from(u8::try_from(numbers.bits() >> 56).unwrap_or(0)) / 256.0;
-    let texels = (0..size[0] * size[1])
-        .map(|_| [byte(), byte(), byte()])
-        .collect();
+    let texels = (0..size[0] * size[1]).map(|_| [byte(), byte(), byte()]).collect();
     build_planar_mips(PlanarLevel { size, texels })
 }
 
 fn at(st: [f64; 2]) -> TexFragment {
     TexFragment {
         st,
-        ..request(
-            [0.2, -1.0, 0.1],
-            [0.0, 1.0, 0.0],
-            [3.0, 0.0, 0.0],
-            [0.4, 0.0, 2.0],
-        )
+        ..request([0.2, -1.0, 0.1], [0.0, 1.0, 0.0], [3.0, 0.0, 0.0], [0.4, 0.0, 2.0])
     }
 }
 
@@ -53,14 +46,7 @@ fn colours(spec: &UnitSpec, map: &PlanarMap, fragment: &TexFragment, width: f64)
     let settings = spec.settings(ReferenceAxis::Table);
     let texture = PlanarTexture::new(map, settings.tex.wrap);
     let prepared = Prepared::new(&settings);
-    let there = tex(
-        &prepared,
-        width,
-        fragment,
-        map.size(),
-        Some(&texture),
-        &mut NoTap,
-    );
+    let there = tex(&prepared, width, fragment, map.size(), Some(&texture), &mut NoTap);
     [rtl, there.color]
 }
 
@@ -103,14 +89,8 @@ fn beyond_the_edges_every_mode_shows_what_it_says() {
             let want = level.texel(usize::try_from(inside).unwrap(), 1);
             let [rtl, float] = colours(&spec(wrap), &map, &at([s, 0.375]), 0.0);
             for c in 0..3 {
-                assert!(
-                    (rtl[c] - f64::from(want[c])).abs() <= f64::EPSILON,
-                    "{wrap:?} {x}"
-                );
-                assert!(
-                    (float[c] - f64::from(want[c])).abs() < 1e-13,
-                    "{wrap:?} {x}"
-                );
+                assert!((rtl[c] - f64::from(want[c])).abs() <= f64::EPSILON, "{wrap:?} {x}");
+                assert!((float[c] - f64::from(want[c])).abs() < 1e-13, "{wrap:?} {x}");
             }
         }
     }
@@ -129,14 +109,8 @@ fn between_texels_at_an_edge_the_border_counts_half() {
     for (wrap, want) in cases {
         let [rtl, float] = colours(&spec(wrap), &map, &at([0.0, 0.375]), 0.0);
         for c in 0..3 {
-            assert!(
-                (rtl[c] - want[c]).abs() <= f64::EPSILON,
-                "{wrap:?}: {rtl:?} {want:?}"
-            );
-            assert!(
-                (float[c] - want[c]).abs() < 1e-13,
-                "{wrap:?}: {float:?} {want:?}"
-            );
+            assert!((rtl[c] - want[c]).abs() <= f64::EPSILON, "{wrap:?}: {rtl:?} {want:?}");
+            assert!((float[c] - want[c]).abs() < 1e-13, "{wrap:?}: {float:?} {want:?}");
         }
     }
 }
@@ -149,11 +123,7 @@ fn between_texels_at_an_edge_the_border_counts_half() {
 #[test]
 fn filtered_colours_match_within_four_steps_of_the_weights() {
     let mut numbers = Random::new(77);
-    let maps = [
-        texture([64, 64], 1),
-        texture([96, 33], 2),
-        texture([7, 128], 3),
-    ];
+    let maps = [texture([64, 64], 1), texture([96, 33], 2), texture([7, 128], 3)];
     let mut largest = 0.0f64;
     for i in 0..600 {
         let map = &maps[i % 3];
@@ -161,10 +131,7 @@ fn filtered_colours_match_within_four_steps_of_the_weights() {
         let st = [3.0 * numbers.signed(), 3.0 * numbers.signed()];
         let n = [0.1 * numbers.signed(), 1.0, 0.1 * numbers.signed()];
         let d = numbers.vector();
-        let fragment = TexFragment {
-            st,
-            ..request(d, n, [3.0, 0.0, 0.0], [0.4, 0.0, 2.0])
-        };
+        let fragment = TexFragment { st, ..request(d, n, [3.0, 0.0, 0.0], [0.4, 0.0, 2.0]) };
         let width =
             f64::from(128 + u32::try_from(i % 128).unwrap()) * libm::exp2(-16.0 + (i % 9) as f64);
         let [rtl, float] = colours(&spec(wrap), map, &fragment, width);
@@ -181,10 +148,7 @@ fn filtered_colours_match_within_four_steps_of_the_weights() {
 fn a_constant_texture_stays_constant() {
     let colour = [0.3125, 2.0, 0.0625];
     for size in [[1, 1], [3, 5], [64, 16]] {
-        let map = build_planar_mips(PlanarLevel {
-            size,
-            texels: vec![colour; size[0] * size[1]],
-        });
+        let map = build_planar_mips(PlanarLevel { size, texels: vec![colour; size[0] * size[1]] });
         let mut numbers = Random::new(4);
         for _ in 0..100 {
             let fragment = at([9.0 * numbers.signed(), 9.0 * numbers.signed()]);

@@ -33,12 +33,8 @@ pub struct Term {
 }
 
 /// 1/π · 2^256, rounded down; the error is below 2^−256 and the next bits are 0xdb92….
-const INV_PI: [u64; 4] = [
-    0xff28_b1d5_ef5d_e2b0,
-    0x6db1_4acc_9e21_c820,
-    0xfe13_abe8_fa9a_6ee0,
-    0x517c_c1b7_2722_0a94,
-];
+const INV_PI: [u64; 4] =
+    [0xff28_b1d5_ef5d_e2b0, 0x6db1_4acc_9e21_c820, 0xfe13_abe8_fa9a_6ee0, 0x517c_c1b7_2722_0a94];
 
 /// Words of the accumulator: four factors of exponents within ±1100 and of 64 bits each.
 const WORDS: usize = 144;
@@ -47,11 +43,7 @@ impl Term {
     /// The exact product of up to four numbers.
     #[must_use]
     pub fn product(factors: &[Dyadic]) -> Self {
-        let mut out = Self {
-            negative: false,
-            m: [1, 0, 0, 0],
-            e: 0,
-        };
+        let mut out = Self { negative: false, m: [1, 0, 0, 0], e: 0 };
         for factor in factors.iter().take(4) {
             out.negative ^= factor.negative;
             out.e += factor.e;
@@ -68,11 +60,7 @@ impl Term {
     /// 2^power/π, rounded down at the 256th bit below 2^power.
     #[must_use]
     pub const fn inverse_pi(negative: bool, power: i64) -> Self {
-        Self {
-            negative,
-            m: INV_PI,
-            e: power - 256,
-        }
+        Self { negative, m: INV_PI, e: power - 256 }
     }
 
     /// The product with the other sign.
@@ -156,12 +144,7 @@ fn leading(words: &[u64], base: i64, negative: bool) -> Sum {
     let Some(top) = words.iter().rposition(|w| *w != 0) else {
         return Sum::default();
     };
-    let at = |back: usize| {
-        top.checked_sub(back)
-            .and_then(|i| words.get(i))
-            .copied()
-            .unwrap_or(0)
-    };
+    let at = |back: usize| top.checked_sub(back).and_then(|i| words.get(i)).copied().unwrap_or(0);
     let wide = u128::from(at(0)) << 64 | u128::from(at(1));
     let zeros = wide.leading_zeros();
     // `wide` has a word that is not 0 on top, so that at most 63 bits come from the third one.
@@ -170,23 +153,14 @@ fn leading(words: &[u64], base: i64, negative: bool) -> Sum {
     let dropped = at(2) << zeros != 0;
     let below = words.iter().take(top.saturating_sub(2)).any(|w| *w != 0);
     let words_below = i64::try_from(top).unwrap_or(0) - 1;
-    Sum {
-        negative,
-        m,
-        e: base + 64 * words_below - i64::from(zeros),
-        sticky: dropped || below,
-    }
+    Sum { negative, m, e: base + 64 * words_below - i64::from(zeros), sticky: dropped || below }
 }
 
 /// a·b + c through one adder. Exact while a·b has at most 126 bits; a code has at most 24.
 #[inline]
 #[must_use]
 pub fn sum2(a: Dyadic, b: Dyadic, c: Dyadic) -> Sum {
-    let product = normal(
-        a.negative != b.negative,
-        u128::from(a.m) * u128::from(b.m),
-        a.e + b.e,
-    );
+    let product = normal(a.negative != b.negative, u128::from(a.m) * u128::from(b.m), a.e + b.e);
     let other = normal(c.negative, c.m.into(), c.e);
     if product.m == 0 {
         return other;
@@ -194,11 +168,7 @@ pub fn sum2(a: Dyadic, b: Dyadic, c: Dyadic) -> Sum {
     if other.m == 0 {
         return product;
     }
-    let (big, small) = if product.e >= other.e {
-        (product, other)
-    } else {
-        (other, product)
-    };
+    let (big, small) = if product.e >= other.e { (product, other) } else { (other, product) };
     // Both have their leading one at bit 125; what the shift drops is folded into a last bit that
     // both roundings and signs see. Where it drops any, at most one leading bit cancels.
     let shift = big.e - small.e;
@@ -218,12 +188,7 @@ pub fn sum2(a: Dyadic, b: Dyadic, c: Dyadic) -> Sum {
     } else {
         (small.negative, moved - big.m)
     };
-    Sum {
-        negative: negative && (m != 0 || sticky),
-        m,
-        e: big.e,
-        sticky,
-    }
+    Sum { negative: negative && (m != 0 || sticky), m, e: big.e, sticky }
 }
 
 /// A magnitude with its leading one at bit 125.
@@ -240,12 +205,7 @@ fn normal(negative: bool, m: u128, e: i64) -> Sum {
         let kept = m >> -shift;
         (kept | u128::from(kept << -shift != m), e - shift)
     };
-    Sum {
-        negative,
-        m,
-        e,
-        sticky: false,
-    }
+    Sum { negative, m, e, sticky: false }
 }
 
 impl Sum {
@@ -255,11 +215,7 @@ impl Sum {
         if self.m == 0 || divisor.m == 0 {
             return self;
         }
-        let shift = if self.sticky {
-            0
-        } else {
-            self.m.leading_zeros()
-        };
+        let shift = if self.sticky { 0 } else { self.m.leading_zeros() };
         let m = self.m << shift;
         let d = u128::from(divisor.m);
         Self {

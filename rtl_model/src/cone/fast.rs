@@ -23,22 +23,14 @@ fn unpack(format: SmallFloat, code: u32) -> (bool, u64, i64) {
     let biased = raw >> format.mantissa_bits;
     let hidden = 1u32 << format.mantissa_bits;
     let m = (raw & (hidden - 1)) | if biased == 0 { 0 } else { hidden };
-    (
-        code & format.sign() != 0,
-        u64::from(m),
-        i64::from(biased.max(1)) - 1,
-    )
+    (code & format.sign() != 0, u64::from(m), i64::from(biased.max(1)) - 1)
 }
 
 /// Puts the leading one on bit 61.
 #[inline(always)]
 fn normal(m: u64, e: i64) -> (u64, i64) {
     let shift = m.leading_zeros().saturating_sub(2).min(61);
-    let e = if m == 0 {
-        NOTHING
-    } else {
-        e - i64::from(shift)
-    };
+    let e = if m == 0 { NOTHING } else { e - i64::from(shift) };
     (m << shift, e)
 }
 
@@ -67,10 +59,7 @@ fn store(format: SmallFloat, rounding: StoreRounding, random: u32, m: u64, e: i6
     let magnitude = if m == 0 { 0 } else { magnitude };
     let largest = u64::from(format.largest());
     let saturated = magnitude > largest;
-    (
-        u32::try_from(magnitude.min(largest)).unwrap_or(0),
-        saturated,
-    )
+    (u32::try_from(magnitude.min(largest)).unwrap_or(0), saturated)
 }
 
 /// A binary32 code as one of a format of at most 16 bits, and whether it saturated.
@@ -80,11 +69,7 @@ pub fn convert(format: SmallFloat, rounding: StoreRounding, random: u32, code: u
     let (negative, m, e) = unpack(SmallFloat::F32, code);
     let (m, e) = normal(m, e + SmallFloat::F32.lowest_exponent());
     let (magnitude, saturated) = store(format, rounding, random, m, e);
-    let sign = if negative && magnitude != 0 {
-        format.sign()
-    } else {
-        0
-    };
+    let sign = if negative && magnitude != 0 { format.sign() } else { 0 };
     (magnitude | sign, saturated)
 }
 
@@ -104,29 +89,19 @@ pub fn propagate(
     let (a_negative, am, ae) = unpack(format, cone.angle.0);
     let (w_negative, wm, we) = unpack(format, cone.width.0);
     let (d_negative, dm, de) = unpack(SmallFloat::F32, distance);
-    let (pm, pe) = normal(
-        am * dm,
-        ae + de + lowest + SmallFloat::F32.lowest_exponent(),
-    );
+    let (pm, pe) = normal(am * dm, ae + de + lowest + SmallFloat::F32.lowest_exponent());
     let p_negative = a_negative != d_negative;
     let (wm, we) = normal(wm, we + lowest);
     let product_first = pe >= we;
-    let (big, big_e, big_negative) = if product_first {
-        (pm, pe, p_negative)
-    } else {
-        (wm, we, w_negative)
-    };
+    let (big, big_e, big_negative) =
+        if product_first { (pm, pe, p_negative) } else { (wm, we, w_negative) };
     let (small, small_e) = if product_first { (wm, we) } else { (pm, pe) };
     let shift = (big_e - small_e).min(63);
     let moved = small >> shift;
     let moved = moved | u64::from(moved << shift != small);
     let difference = big.cast_signed() - moved.cast_signed();
     let opposite = p_negative != w_negative;
-    let m = if opposite {
-        difference.unsigned_abs()
-    } else {
-        big + moved
-    };
+    let m = if opposite { difference.unsigned_abs() } else { big + moved };
     let negative = (big_negative != (opposite && difference < 0)) && m != 0;
     let e = big_e;
     // A sum of two may have its leading one on bit 62.
@@ -135,11 +110,7 @@ pub fn propagate(
     let (m, e) = normal(m, e + carried.cast_signed());
     let (magnitude, saturated) = store(format, rounding, random, m, e);
     let sign = |negative: bool, magnitude: u32| {
-        if negative && magnitude != 0 {
-            magnitude | format.sign()
-        } else {
-            magnitude
-        }
+        if negative && magnitude != 0 { magnitude | format.sign() } else { magnitude }
     };
     // A converging cone whose width has passed zero diverges.
     let a_magnitude = {

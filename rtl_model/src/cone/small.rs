@@ -41,20 +41,11 @@ pub struct Stored {
 
 impl SmallFloat {
     /// bfloat16.
-    pub const BF16: Self = Self {
-        exponent_bits: 8,
-        mantissa_bits: 7,
-    };
+    pub const BF16: Self = Self { exponent_bits: 8, mantissa_bits: 7 };
     /// IEEE 754 binary16.
-    pub const F16: Self = Self {
-        exponent_bits: 5,
-        mantissa_bits: 10,
-    };
+    pub const F16: Self = Self { exponent_bits: 5, mantissa_bits: 10 };
     /// IEEE 754 binary32.
-    pub const F32: Self = Self {
-        exponent_bits: 8,
-        mantissa_bits: 23,
-    };
+    pub const F32: Self = Self { exponent_bits: 8, mantissa_bits: 23 };
 
     /// Bits of a code, the sign included.
     #[must_use]
@@ -110,10 +101,7 @@ impl SmallFloat {
     pub fn store(self, rounding: StoreRounding, random: u32, x: &Sum) -> Stored {
         if x.m == 0 {
             // A sum that is dropped bits alone lies far below every format.
-            return Stored {
-                code: 0,
-                saturated: false,
-            };
+            return Stored { code: 0, saturated: false };
         }
         let top = 127 - i64::from(x.m.leading_zeros()) + x.e;
         let lowest = self.lowest_exponent();
@@ -124,11 +112,8 @@ impl SmallFloat {
             (x.m << shift.unsigned_abs().min(127), false)
         } else if shift > 127 {
             // Nothing of the value reaches the last place: below half of it.
-            let fraction = if shift < 160 {
-                x.m >> (shift - 32).unsigned_abs().min(127)
-            } else {
-                0
-            };
+            let fraction =
+                if shift < 160 { x.m >> (shift - 32).unsigned_abs().min(127) } else { 0 };
             let half = shift == 128 && (x.m >> 127 == 1) && (x.m << 1 != 0 || x.sticky);
             (0, self.up(rounding, random, half, false, fraction))
         } else {
@@ -137,32 +122,17 @@ impl SmallFloat {
             let half = 1u128 << (shift - 1);
             let above = rest > half || (rest == half && x.sticky);
             let tie = rest == half && !x.sticky && kept & 1 == 1;
-            let fraction = if shift >= 32 {
-                rest >> (shift - 32)
-            } else {
-                rest << (32 - shift)
-            };
+            let fraction = if shift >= 32 { rest >> (shift - 32) } else { rest << (32 - shift) };
             (kept, self.up(rounding, random, above, tie, fraction))
         };
         // A carry out of the mantissa runs into the exponent, as it should.
         let steps = u64::try_from(quotient).unwrap_or(u64::MAX) + u64::from(up);
         let binade = u64::try_from(lsb - lowest).unwrap_or(0);
-        let magnitude = binade
-            .saturating_mul(1 << self.mantissa_bits)
-            .saturating_add(steps);
+        let magnitude = binade.saturating_mul(1 << self.mantissa_bits).saturating_add(steps);
         let saturated = magnitude > self.largest().into();
-        let magnitude = u32::try_from(magnitude)
-            .unwrap_or(u32::MAX)
-            .min(self.largest());
-        let sign = if x.negative && magnitude != 0 {
-            self.sign()
-        } else {
-            0
-        };
-        Stored {
-            code: magnitude | sign,
-            saturated,
-        }
+        let magnitude = u32::try_from(magnitude).unwrap_or(u32::MAX).min(self.largest());
+        let sign = if x.negative && magnitude != 0 { self.sign() } else { 0 };
+        Stored { code: magnitude | sign, saturated }
     }
 
     #[inline(always)]
@@ -184,11 +154,7 @@ impl SmallFloat {
     /// The code with the other sign; zero keeps its one code.
     #[must_use]
     pub const fn negate(self, code: u32) -> u32 {
-        if code & (self.sign() - 1) == 0 {
-            0
-        } else {
-            code ^ self.sign()
-        }
+        if code & (self.sign() - 1) == 0 { 0 } else { code ^ self.sign() }
     }
 
     /// The code of the magnitude.
@@ -210,19 +176,14 @@ impl Dither {
     /// The stores of a ray.
     #[must_use]
     pub const fn new(seed: u64, ray: u64) -> Self {
-        Self {
-            key: mix(seed ^ mix(ray)),
-            stores: 0,
-        }
+        Self { key: mix(seed ^ mix(ray)), stores: 0 }
     }
 
     /// The next store's bits.
     #[inline(always)]
     pub fn next_bits(&mut self) -> u32 {
         self.stores = self.stores.wrapping_add(1);
-        let bits = mix(self
-            .key
-            .wrapping_add(self.stores.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        let bits = mix(self.key.wrapping_add(self.stores.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
         u32::try_from(bits >> 32).unwrap_or(0)
     }
 }

@@ -82,8 +82,5 @@ pub fn shifted<const C: usize>(
     for (out, &value) in m.iter_mut().zip(x) {
         *out = q.round_as(standard, value, shift).clamp(-max, max);
     }
-    Block {
-        m,
-        frac: frac - shift,
-    }
+    Block { m, frac: frac - shift }
 }

@@ -54,10 +54,7 @@ pub struct FlagCounts {
 
 impl Default for FlagCounts {
     fn default() -> Self {
-        Self {
-            overflow: [0; Reg::COUNT],
-            events: [0; Event::COUNT],
-        }
+        Self { overflow: [0; Reg::COUNT], events: [0; Event::COUNT] }
     }
 }
 

@@ -57,22 +57,13 @@ impl Format {
     /// A signed format that rounds to the nearest even code and saturates.
     #[must_use]
     pub const fn signed(int: u32, frac: u32) -> Self {
-        Self {
-            signed: true,
-            int,
-            frac,
-            rounding: Rounding::HalfEven,
-            overflow: Overflow::Saturate,
-        }
+        Self { signed: true, int, frac, rounding: Rounding::HalfEven, overflow: Overflow::Saturate }
     }
 
     /// An unsigned format that rounds to the nearest even code and saturates.
     #[must_use]
     pub const fn unsigned(int: u32, frac: u32) -> Self {
-        Self {
-            signed: false,
-            ..Self::signed(int, frac)
-        }
+        Self { signed: false, ..Self::signed(int, frac) }
     }
 
     /// Magnitude bits: `int + frac`.
@@ -84,8 +75,7 @@ impl Format {
     /// Bits of the register, the sign included.
     #[must_use]
     pub const fn width(self) -> u32 {
-        self.magnitude_bits()
-            .saturating_add(if self.signed { 1 } else { 0 })
+        self.magnitude_bits().saturating_add(if self.signed { 1 } else { 0 })
     }
 
     /// Largest code.

@@ -45,13 +45,7 @@ pub(crate) struct LaneRounding {
 impl LaneRounding {
     fn new(format: Format, down: i64) -> Self {
         if !Quantizer::is_standard(format) || !(0..=62).contains(&down) {
-            return Self {
-                down: 0,
-                low: 0,
-                odd: 0,
-                bias: 0,
-                beyond: -1,
-            };
+            return Self { down: 0, low: 0, odd: 0, bias: 0, beyond: -1 };
         }
         Self {
             down,
@@ -94,11 +88,7 @@ impl Quantizer {
             format,
             frac_in,
             down,
-            low: if (1..=62).contains(&down) {
-                (1 << (down - 1)) - 1
-            } else {
-                0
-            },
+            low: if (1..=62).contains(&down) { (1 << (down - 1)) - 1 } else { 0 },
             half,
             minus,
             sign_full,

@@ -28,12 +28,7 @@ struct Parts<const N: usize> {
 impl<const N: usize> Parts<N> {
     #[inline(always)]
     fn new(n: usize, words: &[u64; N]) -> Self {
-        let mut out = Self {
-            magnitude: [0; N],
-            biased: [0; N],
-            sign: [0; N],
-            special: false,
-        };
+        let mut out = Self { magnitude: [0; N], biased: [0; N], sign: [0; N], special: false };
         let mut special = 0;
         for i in 0..n.min(N) {
             let word = words[i].cast_signed();
@@ -81,13 +76,7 @@ pub(crate) fn vector_lanes<const N: usize>(
         let [x, y, z] = [parts[0].biased[i], parts[1].biased[i], parts[2].biased[i]];
         x.max(y).max(z)
     });
-    fill(n, frac, |i| {
-        if top[i] == 0 {
-            width - 1
-        } else {
-            UNIT - 53 + width - top[i]
-        }
-    });
+    fill(n, frac, |i| if top[i] == 0 { width - 1 } else { UNIT - 53 + width - top[i] });
     let mut special = q.format.rounding != Rounding::HalfEven;
     for (m, parts) in out.iter_mut().zip(&parts) {
         fill(n, m, |i| {
@@ -113,10 +102,7 @@ pub(crate) fn scalar_lanes<const N: usize>(
     out: &mut [i64; N],
 ) {
     let parts = Parts::new(n, words);
-    let (bias, beyond) = (
-        -q.format.min_raw(),
-        !(q.format.max_raw() - q.format.min_raw()),
-    );
+    let (bias, beyond) = (-q.format.min_raw(), !(q.format.max_raw() - q.format.min_raw()));
     let fixed = UNIT - i64::from(q.format.frac);
     let mut any = 0;
     for i in 0..n.min(N) {

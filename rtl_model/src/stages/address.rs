@@ -111,14 +111,8 @@ impl Cfg {
             u: q(Reg::AddrU, common[0]),
             v: q(Reg::AddrV, common[1]),
             center_lift: [common[0] - uv[0], common[1] - uv[1]],
-            s: [
-                q(Reg::AddrS, f(Reg::AddrU) + 1),
-                q(Reg::AddrS, f(Reg::AddrV) + 1),
-            ],
-            s_shift: [
-                f(Reg::AddrU) + 1 - f(Reg::AddrS),
-                f(Reg::AddrV) + 1 - f(Reg::AddrS),
-            ],
+            s: [q(Reg::AddrS, f(Reg::AddrU) + 1), q(Reg::AddrS, f(Reg::AddrV) + 1)],
+            s_shift: [f(Reg::AddrU) + 1 - f(Reg::AddrS), f(Reg::AddrV) + 1 - f(Reg::AddrS)],
             weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
             weight_bits: i64::from(config.weight_bits),
             wrap,
@@ -163,15 +157,11 @@ impl Cfg {
             let f = q.frac_in - 1;
             let one = 1i64 << f;
             // (u + 1)/2·N − ½ with f + 1 fraction bits.
-            let (code, over) = q.write_as(
-                T::STANDARD,
-                (probe.uv[i] + one) * size[i] - one,
-                self.s_shift[i],
-            );
+            let (code, over) =
+                q.write_as(T::STANDARD, (probe.uv[i] + one) * size[i] - one, self.s_shift[i]);
             sink.flags.register(Reg::AddrS, over);
             let sub = i64::from(q.format.frac);
-            sink.tap
-                .put(sink.lane, Reg::AddrS, component + i, code, sub);
+            sink.tap.put(sink.lane, Reg::AddrS, component + i, code, sub);
             let whole = code >> sub;
             let part = code - (whole << sub);
             let weight = if self.weight_shift > 0 {
@@ -205,10 +195,7 @@ pub fn address<T: Tap>(
     let along = 2 * k + 1 - input.count;
     let mut uv = [0; 2];
     let mut outside = false;
-    for (i, (q, reg)) in [(&cfg.u, Reg::AddrU), (&cfg.v, Reg::AddrV)]
-        .into_iter()
-        .enumerate()
-    {
+    for (i, (q, reg)) in [(&cfg.u, Reg::AddrU), (&cfg.v, Reg::AddrV)].into_iter().enumerate() {
         let sum = (input.center[i] << cfg.center_lift[i])
             + ((along * input.step[i]) << cfg.step_lift(i, input.step_frac));
         let sum = match cfg.wrap {
@@ -221,10 +208,7 @@ pub fn address<T: Tap>(
     if outside {
         other_face(cfg, roms, input.face, uv, sink.flags)
     } else {
-        Probe {
-            face: input.face,
-            uv,
-        }
+        Probe { face: input.face, uv }
     }
 }
 
@@ -250,10 +234,7 @@ fn other_face(cfg: &Cfg, roms: &Roms, face: usize, uv: [i64; 2], flags: &mut Fla
     flags.event(Event::AddressOtherFace, true);
     let [fu, fv] = [&cfg.u, &cfg.v].map(|q| i64::from(q.format.frac));
     let common = fu.max(fv);
-    let d = direction(
-        face,
-        [uv[0] << (common - fu), uv[1] << (common - fv), 1 << common],
-    );
+    let d = direction(face, [uv[0] << (common - fu), uv[1] << (common - fv), 1 << common]);
     let face = select(d);
     let [sc, tc, ma] = components(face, d);
     let (m, e) = mantissa(ma.max(1));
@@ -264,10 +245,7 @@ fn other_face(cfg: &Cfg, roms: &Roms, face: usize, uv: [i64; 2], flags: &mut Fla
         // c/ma at 30 bits: c·2^(30 − e), then times y.
         let c = if e > P { c >> (e - P) } else { c << (P - e) };
         let (code, over) = q.write_shifted(c * y, 2 * P - i64::from(q.format.frac));
-        flags.register(
-            if i == 0 { Reg::AddrU } else { Reg::AddrV },
-            over && code.abs() < one,
-        );
+        flags.register(if i == 0 { Reg::AddrU } else { Reg::AddrV }, over && code.abs() < one);
         out[i] = code.clamp(-one, one);
     }
     Probe { face, uv: out }

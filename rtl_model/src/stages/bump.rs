@@ -54,10 +54,7 @@ impl Cfg {
         let common = n.max(b + e[0]).max(b + e[1]);
         let whole =
             int(config, Reg::BumpB) + int(config, Reg::FrameE1).max(int(config, Reg::FrameE2));
-        fits(
-            Reg::BumpN,
-            u32::try_from(common).unwrap_or(u32::MAX) + whole.max(1) + 2,
-        )?;
+        fits(Reg::BumpN, u32::try_from(common).unwrap_or(u32::MAX) + whole.max(1) + 2)?;
         Ok(Self {
             b: Quantizer::new(config.format(Reg::BumpB), 0),
             n_mod: Quantizer::new(config.format(Reg::BumpN), common),
@@ -86,13 +83,6 @@ pub fn bump<const N: usize, T: Tap>(
                 + (mul::<T>(b1[i], e1[i]) << lift[0])
                 + (mul::<T>(b2[i], e2[i]) << lift[1])
         };
-        sink.write(
-            &cfg.n_mod,
-            Reg::BumpN,
-            c,
-            sum,
-            |i| input.n_exp[i],
-            &mut out.n_mod[c],
-        );
+        sink.write(&cfg.n_mod, Reg::BumpN, c, sum, |i| input.n_exp[i], &mut out.n_mod[c]);
     }
 }

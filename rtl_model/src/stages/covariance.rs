@@ -48,12 +48,7 @@ pub struct Out<const N: usize> {
 
 impl<const N: usize> Default for Out<N> {
     fn default() -> Self {
-        Self {
-            k: [[0; N]; 3],
-            frac: [0; N],
-            longest: [[0; N]; 2],
-            longest_sq: [0; N],
-        }
+        Self { k: [[0; N]; 3], frac: [0; N], longest: [[0; N]; 2], longest_sq: [0; N] }
     }
 }
 
@@ -67,16 +62,9 @@ impl Cfg {
         };
         let b = if rough { frac(config, Reg::RoughB) } else { d };
         let common = d.max(b);
-        let whole = if rough {
-            d_int.max(int(config, Reg::RoughB))
-        } else {
-            d_int
-        };
+        let whole = if rough { d_int.max(int(config, Reg::RoughB)) } else { d_int };
         let sum = if rough { 2 } else { 1 };
-        fits(
-            Reg::CovK,
-            u32::try_from(2 * common).unwrap_or(u32::MAX) + 2 * whole + sum,
-        )?;
+        fits(Reg::CovK, u32::try_from(2 * common).unwrap_or(u32::MAX) + 2 * whole + sum)?;
         // (c − a)² + 4b² of mantissas < 2^w needs 2w + 3 bits at most.
         fits(Reg::EigenRoot, 2 * bits(config, Reg::CovK) + 2)?;
         if bits(config, Reg::CovK) < 4 {
@@ -117,11 +105,7 @@ pub fn covariance<const N: usize, T: Tap>(
     let width = i64::from(cfg.k.format.magnitude_bits());
     let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
     let shift: [i64; N] = each(lanes, |i| {
-        let shift = if zeros[i] == 64 {
-            0
-        } else {
-            64 - zeros[i] - width
-        };
+        let shift = if zeros[i] == 64 { 0 } else { 64 - zeros[i] - width };
         // An even exponent against the nominal scale: K's root has a whole one.
         shift + ((cfg.exact_frac - shift + cfg.parity) & 1)
     });
@@ -139,10 +123,7 @@ pub fn covariance<const N: usize, T: Tap>(
         for lane in 0..lanes {
             let (column, sq) = longest(cfg, input, lane);
             store(&mut out.longest, lane, column);
-            out.longest_sq[lane] = cfg
-                .k
-                .round(sq, shift[lane])
-                .clamp(0, cfg.k.format.max_raw());
+            out.longest_sq[lane] = cfg.k.round(sq, shift[lane]).clamp(0, cfg.k.format.max_raw());
         }
     }
 }
@@ -155,15 +136,9 @@ fn squares<const N: usize, T: Tap>(
     lift: i64,
 ) -> Lanes<N, 3> {
     [
-        each(lanes, |i| {
-            (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift
-        }),
-        each(lanes, |i| {
-            (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift
-        }),
-        each(lanes, |i| {
-            (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift
-        }),
+        each(lanes, |i| (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift),
+        each(lanes, |i| (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift),
+        each(lanes, |i| (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift),
     ]
 }
 

@@ -61,10 +61,7 @@ pub(crate) fn components_lanes<const N: usize>(
         let flip = |value: i64, sign: i64| (value ^ sign) - sign;
         ma[i] = flip((x & on_x) | (y & on_y) | (z & on_z), negative);
         // sc: −z, z, x, x, x, −x; tc: −y, −y, z, −z, −y, −y.
-        sc[i] = flip(
-            (z & on_x) | (x & !on_x),
-            (!negative & on_x) | (negative & on_z),
-        );
+        sc[i] = flip((z & on_x) | (x & !on_x), (!negative & on_x) | (negative & on_z));
         tc[i] = flip((z & on_y) | (y & !on_y), (negative & on_y) | !on_y);
     }
     [sc, tc, ma]
@@ -199,31 +196,16 @@ pub fn cube_face<const N: usize, T: Tap>(
     }
     let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
     let inv = (array::from_mut(&mut out.inv_ma), &mut out.inv_ma_frac);
-    sink.block(
-        &cfg.inv_ma,
-        Reg::FaceInvMa,
-        &[y],
-        inv_frac,
-        |i| -exp(i),
-        inv,
-    );
-    for (q, reg, side, uv) in [
-        (&cfg.u, Reg::FaceU, &sc, &mut out.u),
-        (&cfg.v, Reg::FaceV, &tc, &mut out.v),
-    ] {
+    sink.block(&cfg.inv_ma, Reg::FaceInvMa, &[y], inv_frac, |i| -exp(i), inv);
+    for (q, reg, side, uv) in
+        [(&cfg.u, Reg::FaceU, &sc, &mut out.u), (&cfg.v, Reg::FaceV, &tc, &mut out.v)]
+    {
         let f = i64::from(q.format.frac);
         let one = 1i64 << f;
         // |sc| ≤ |ma|: a table error must not leave the face.
         let shift = Shift::new(lanes, q, |i| d_frac[i] + out.inv_ma_frac[i] - f);
         let mut code = [0; N];
-        sink.shift_code(
-            q,
-            reg,
-            &shift,
-            one,
-            |i| mul::<T>(side[i], out.inv_ma[i]),
-            &mut code,
-        );
+        sink.shift_code(q, reg, &shift, one, |i| mul::<T>(side[i], out.inv_ma[i]), &mut code);
         fill(lanes, uv, |i| code[i].clamp(-one, one));
         sink.put(reg, 0, uv, |_| f);
     }

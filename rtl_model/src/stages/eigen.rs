@@ -51,11 +51,7 @@ pub struct Out<const N: usize> {
 
 impl<const N: usize> Default for Out<N> {
     fn default() -> Self {
-        Self {
-            lambda: [[0; N]; 2],
-            exp: [0; N],
-            axis: [[0; N]; 2],
-        }
+        Self { lambda: [[0; N]; 2], exp: [0; N], axis: [[0; N]; 2] }
     }
 }
 
@@ -66,15 +62,8 @@ impl Cfg {
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let common = f(Reg::CovK).max(f(Reg::EigenRoot));
         let whole = (int(config, Reg::CovK) + 1).max(int(config, Reg::EigenRoot)) + 1;
-        fits(
-            Reg::EigenSq,
-            u32::try_from(common).unwrap_or(u32::MAX) + whole,
-        )?;
-        for (reg, most) in [
-            (Reg::EigenSq, 60),
-            (Reg::EigenLambda, 40),
-            (Reg::EigenAxis, 30),
-        ] {
+        fits(Reg::EigenSq, u32::try_from(common).unwrap_or(u32::MAX) + whole)?;
+        for (reg, most) in [(Reg::EigenSq, 60), (Reg::EigenLambda, 40), (Reg::EigenAxis, 30)] {
             if bits(config, reg) > most {
                 fits(reg, 63)?;
             }
@@ -89,14 +78,7 @@ impl Cfg {
             sq: q(Reg::EigenSq, common + 1),
             sq_from_k: q(Reg::EigenSq, f(Reg::CovK)),
             lambda: q(Reg::EigenLambda, 0),
-            axis: q(
-                Reg::EigenAxis,
-                if config.tables.eigen.order == 0 {
-                    table
-                } else {
-                    table + P
-                },
-            ),
+            axis: q(Reg::EigenAxis, if config.tables.eigen.order == 0 { table } else { table + P }),
             axis_exact: q(Reg::EigenAxis, 0),
         })
     }
@@ -143,10 +125,7 @@ impl Cfg {
         let ratio = (n * roms.recip.recip(m)) >> P;
         let ratio = ratio >> (e - n_e).clamp(0, 62);
         let t = ((ratio * rom.cot_step) >> (BOUNDARY_FRAC - 8)).clamp(0, 1 << P);
-        (
-            cos + (((next_cos << P) - cos) >> P) * t,
-            sin + (((next_sin << P) - sin) >> P) * t,
-        )
+        (cos + (((next_cos << P) - cos) >> P) * t, sin + (((next_sin << P) - sin) >> P) * t)
     }
 
     /// The direction (x, y), normalised through the reciprocal root: (x, y) and the right shift to the
@@ -162,11 +141,7 @@ impl Cfg {
         let (x, y) = (xy[0] >> shift, xy[1] >> shift);
         let (m, q) = rom::mantissa4((x * x + y * y).max(1));
         let r = roms.rsqrt.rsqrt(m);
-        let (x, y) = if x < 0 || (x == 0 && y < 0) {
-            (-x, -y)
-        } else {
-            (x, y)
-        };
+        let (x, y) = if x < 0 || (x == 0 && y < 0) { (-x, -y) } else { (x, y) };
         ([x * r, y * r], P + q - frac)
     }
 }
@@ -190,24 +165,14 @@ pub fn eigen<const N: usize, T: Tap>(
     let diff: [i64; N] = each(lanes, |i| c[i] - a[i]);
     let two_b: [i64; N] = each(lanes, |i| 2 * b[i]);
 
-    let square = each(lanes, |i| {
-        mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i])
-    });
+    let square = each(lanes, |i| mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i]));
     let [mut y, mut down] = [[0; N]; 2];
     Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac, &mut y, &mut down);
     let root_frac = i64::from(cfg.root.format.frac);
     let shift = Shift::new(lanes, &cfg.root, |i| down[i] - root_frac);
     let twice = |i: usize| 2 * exp[i];
     let mut root = [0; N];
-    sink.shift(
-        &cfg.root,
-        Reg::EigenRoot,
-        0,
-        &shift,
-        |i| y[i],
-        twice,
-        &mut root,
-    );
+    sink.shift(&cfg.root, Reg::EigenRoot, 0, &shift, |i| y[i], twice, &mut root);
     let spread: [i64; N] = each(lanes, |i| root[i] << cfg.lift[1]);
     let longer = cfg.policy == Axis::LongerDerivative;
     let (q, sq) = if longer {
@@ -217,10 +182,7 @@ pub fn eigen<const N: usize, T: Tap>(
     } else {
         let sum = |i: usize| (a[i] + c[i]) << cfg.lift[0];
         let major = each(lanes, |i| sum(i) + spread[i]);
-        (
-            &cfg.sq,
-            [major, each(lanes, |i| (sum(i) - spread[i]).max(0))],
-        )
+        (&cfg.sq, [major, each(lanes, |i| (sum(i) - spread[i]).max(0))])
     };
     let lambda_frac = i64::from(cfg.lambda.format.frac);
     for (k, exact) in sq.iter().enumerate() {
@@ -235,28 +197,13 @@ pub fn eigen<const N: usize, T: Tap>(
         }
         let shift = Shift::new(lanes, &cfg.lambda, |i| down[i] - lambda_frac);
         let exp = |i: usize| exp[i];
-        sink.shift(
-            &cfg.lambda,
-            Reg::EigenLambda,
-            k,
-            &shift,
-            |i| y[i],
-            exp,
-            &mut out.lambda[k],
-        );
+        sink.shift(&cfg.lambda, Reg::EigenLambda, k, &shift, |i| y[i], exp, &mut out.lambda[k]);
     }
 
     if cfg.policy == Axis::EigenTable {
         let axis = table_axis::<N, T>(lanes, roms, &two_b, &diff);
         for (c, axis) in axis.iter().enumerate() {
-            sink.write(
-                &cfg.axis,
-                Reg::EigenAxis,
-                c,
-                |i| axis[i],
-                |_| 0,
-                &mut out.axis[c],
-            );
+            sink.write(&cfg.axis, Reg::EigenAxis, c, |i| axis[i], |_| 0, &mut out.axis[c]);
         }
         return;
     }
@@ -298,10 +245,7 @@ fn table_axis<const N: usize, T: Tap>(
     two_b: &[i64; N],
     diff: &[i64; N],
 ) -> Lanes<N, 2> {
-    let (t, d) = (
-        each(lanes, |i| two_b[i].abs()),
-        each(lanes, |i| diff[i].abs()),
-    );
+    let (t, d) = (each(lanes, |i| two_b[i].abs()), each(lanes, |i| diff[i].abs()));
     let bin = roms.angle.indices::<N, T>(lanes, &t, &d);
     let (mut cos, mut sin) = ([0; N], [0; N]);
     for i in 0..lanes.min(N) {
@@ -320,11 +264,7 @@ fn table_axis<const N: usize, T: Tap>(
         let same = (two_b[i] < 0) == (diff[i] < 0);
         let signed = if same { sin[i] } else { -sin[i] };
         let sin = if two_b[i] == 0 { sin[i].abs() } else { signed };
-        let (x, y) = if diff[i] < 0 {
-            (cos[i], -sin)
-        } else {
-            (sin, cos[i])
-        };
+        let (x, y) = if diff[i] < 0 { (cos[i], -sin) } else { (sin, cos[i]) };
         let flip = x < 0 || (x == 0 && y < 0);
         let (x, y) = if flip { (-x, -y) } else { (x, y) };
         out[0][i] = if isotropic { one } else { x };
@@ -344,9 +284,7 @@ fn minor_by_det<const N: usize, T: Tap>(
     y: &mut [i64; N],
     down: &mut [i64; N],
 ) {
-    let det = each(lanes, |i| {
-        (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0)
-    });
+    let det = each(lanes, |i| (mul::<T>(a[i], c[i]) - mul::<T>(b[i], b[i])).max(0));
     let [mut root, mut m, mut e] = [[0; N]; 3];
     Cfg::sqrt::<N, T>(lanes, roms, &det, 2 * cfg.k_frac, &mut root, down);
     mantissa(lanes, |i| lambda1[i].max(1), &mut m, &mut e);

@@ -69,16 +69,8 @@ impl Cfg {
         let exact_frac = i64::from(config.texel_frac) + 2 * weight_bits;
         let register = config.format(Reg::FilterBilinear);
         let narrowed = i64::from(register.frac) < exact_frac || register.int < config.texel_int;
-        let sum_frac = if narrowed {
-            i64::from(register.frac)
-        } else {
-            exact_frac
-        };
-        let whole = if narrowed {
-            register.int
-        } else {
-            config.texel_int
-        };
+        let sum_frac = if narrowed { i64::from(register.frac) } else { exact_frac };
+        let whole = if narrowed { register.int } else { config.texel_int };
         let sum_bits = whole + u32::try_from(sum_frac).unwrap_or(u32::MAX);
         let most = config.max_probes.next_power_of_two().ilog2();
         if config.weights == Weights::Box {
@@ -115,11 +107,8 @@ impl Cfg {
         };
         let lod_frac = frac(config, Reg::FootLod);
         let lod_bits = i64::from(config.lod_bits);
-        let scale = if config.weights == Weights::Box {
-            0
-        } else {
-            i64::from(config.probe_weight_bits)
-        };
+        let scale =
+            if config.weights == Weights::Box { 0 } else { i64::from(config.probe_weight_bits) };
         Ok(Self {
             lod_shift: lod_frac - lod_bits,
             lod_frac,
@@ -148,11 +137,7 @@ impl Cfg {
             part << -self.lod_shift
         };
         let level = usize::try_from(whole).unwrap_or(0);
-        if level >= last {
-            (last, 0)
-        } else {
-            (level, weight)
-        }
+        if level >= last { (last, 0) } else { (level, weight) }
     }
 
     /// Combines two levels, divides by the number of probes (or 2^bits) and writes the output.
@@ -167,11 +152,8 @@ impl Cfg {
     ) -> [i64; 3] {
         let box_weights = self.weights.is_empty();
         let divisor = if box_weights { count } else { 1 };
-        let inv = self
-            .inv_count
-            .get(usize::try_from(divisor).unwrap_or(0))
-            .copied()
-            .unwrap_or(u64::MAX);
+        let inv =
+            self.inv_count.get(usize::try_from(divisor).unwrap_or(0)).copied().unwrap_or(u64::MAX);
         let mut out = [0; 3];
         let mut over_any = false;
         for (c, o) in out.iter_mut().enumerate() {
@@ -180,8 +162,7 @@ impl Cfg {
             // One guard bit below the register's LSB, then a sticky one.
             let (quotient, sticky) = self.divide(sum, divisor, inv);
             let (code, over) =
-                self.color
-                    .write_as(standard, (quotient << 1) | i64::from(sticky), 2);
+                self.color.write_as(standard, (quotient << 1) | i64::from(sticky), 2);
             over_any |= over;
             *o = code;
         }
@@ -246,22 +227,8 @@ pub fn filter<T: Tap>(
     sink: &mut Sink<'_, T>,
 ) -> Out {
     match &texture.texels {
-        Texels::Half(t) => probes(
-            cfg,
-            address_cfg,
-            roms,
-            (texture, rows::Half(t)),
-            input,
-            sink,
-        ),
-        Texels::Wide(t) => probes(
-            cfg,
-            address_cfg,
-            roms,
-            (texture, rows::Wide(t)),
-            input,
-            sink,
-        ),
+        Texels::Half(t) => probes(cfg, address_cfg, roms, (texture, rows::Half(t)), input, sink),
+        Texels::Wide(t) => probes(cfg, address_cfg, roms, (texture, rows::Wide(t)), input, sink),
     }
 }
 
@@ -325,10 +292,7 @@ fn probes<R: rows::Rows, T: Tap>(
         let frac = i64::from(cfg.color.format.frac);
         sink.tap.put(sink.lane, Reg::FilterColor, c, *code, frac);
     }
-    Out {
-        color,
-        texels: count.unsigned_abs() << (2 + two),
-    }
+    Out { color, texels: count.unsigned_abs() << (2 + two) }
 }
 
 /// Set-up of a fragment: its footprints and the weight of its second level.
@@ -343,10 +307,7 @@ fn walk<'a>(
     let (first, lod_weight) = cfg.level(input.lod, last);
     let both = lod_weight != 0;
     let levels = [first, first + usize::from(both)].map(|level| &texture.levels[level]);
-    (
-        Walk::new(address_cfg, &input.line, levels, both),
-        lod_weight,
-    )
+    (Walk::new(address_cfg, &input.line, levels, both), lod_weight)
 }
 
 /// The same set-up, addresses and texel reads as [`filter`] without its arithmetic: a wrapping sum of
@@ -409,11 +370,7 @@ pub fn footprints<T: Tap>(
             };
             let size = level.size.map(|n| i64::try_from(n).unwrap_or(1));
             let texel = address_cfg.taps(&probe, size, 0, sink).corner;
-            each(Corner {
-                face: probe.face,
-                level: index,
-                texel,
-            });
+            each(Corner { face: probe.face, level: index, texel });
         }
     }
 }

@@ -70,11 +70,7 @@ pub struct Out<const N: usize> {
 
 impl<const N: usize> Default for Out<N> {
     fn default() -> Self {
-        Self {
-            count: [1; N],
-            lod: [0; N],
-            step: [[0; N]; 2],
-        }
+        Self { count: [1; N], lod: [0; N], step: [[0; N]; 2] }
     }
 }
 
@@ -119,16 +115,10 @@ impl Cfg {
             });
         }
         // The count compares 256·M with (256·63 + 1)·m at their common fraction.
-        let common = config
-            .format(Reg::FootLength)
-            .frac
-            .max(config.format(Reg::FootWidth).frac);
+        let common = config.format(Reg::FootLength).frac.max(config.format(Reg::FootWidth).frac);
         fits(Reg::FootLength, int(config, Reg::FootLength) + common + 9)?;
         fits(Reg::FootWidth, int(config, Reg::FootWidth) + common + 14)?;
-        fits(
-            Reg::FootLine,
-            lambda.max(39) + bits(config, Reg::EigenAxis) + 1,
-        )?;
+        fits(Reg::FootLine, lambda.max(39) + bits(config, Reg::EigenAxis) + 1)?;
         fits(Reg::FootStep, bits(config, Reg::FootLine) + 28)?;
         // Widest m whose count stays within the limit.
         let (cap_numerator, cap_denominator) = match config.count {
@@ -143,17 +133,9 @@ impl Cfg {
         let inv_count = [0, 1].map(|i: usize| {
             let (over, under) = (unit << inv_frac[i], size[i]);
             let entry = |count: i64| {
-                let parts = if config.count == Count::Feline {
-                    2 * (count - 1)
-                } else {
-                    2 * count
-                };
+                let parts = if config.count == Count::Feline { 2 * (count - 1) } else { 2 * count };
                 let under = under * parts;
-                if parts <= 0 {
-                    0
-                } else {
-                    (2 * over + under) / (2 * under)
-                }
+                if parts <= 0 { 0 } else { (2 * over + under) / (2 * under) }
             };
             (0..=i64::from(max)).map(entry).collect()
         });
@@ -261,26 +243,11 @@ pub fn footprint<const N: usize, T: Tap>(
     let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
     let product = |i: usize| mul::<T>(major[i], cfg.size);
     let mut length = [0; N];
-    sink.shift(
-        &cfg.length,
-        Reg::FootLength,
-        0,
-        &shift,
-        product,
-        |_| 0,
-        &mut length,
-    );
+    sink.shift(&cfg.length, Reg::FootLength, 0, &shift, product, |_| 0, &mut length);
     let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
     let product = |i: usize| mul::<T>(minor[i], cfg.size);
     let mut minor = [0; N];
-    sink.shift_code(
-        &cfg.width,
-        Reg::FootWidth,
-        &shift,
-        i64::MAX,
-        product,
-        &mut minor,
-    );
+    sink.shift_code(&cfg.width, Reg::FootWidth, &shift, i64::MAX, product, &mut minor);
     let exact = cfg.caps::<N, T>(lanes, &length);
     let mut caps = [0; N];
     sink.code(&cfg.width, Reg::FootWidth, |i| exact[i], &mut caps);
@@ -331,14 +298,7 @@ pub fn footprint<const N: usize, T: Tap>(
             *inv = cfg.inv_count[c].get(at).copied().unwrap_or(0);
         }
         let product = |i: usize| mul::<T>(line[i], inv[i]);
-        sink.write(
-            &cfg.step[c],
-            Reg::FootStep,
-            c,
-            product,
-            |_| 0,
-            &mut out.step[c],
-        );
+        sink.write(&cfg.step[c], Reg::FootStep, c, product, |_| 0, &mut out.step[c]);
     }
 }
 

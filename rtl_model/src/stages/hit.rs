@@ -132,10 +132,7 @@ impl Cfg {
         let ratio_frac = f(Reg::HitRatio).max(f(Reg::HitHalved));
         let ratio = whole(ratio_frac)
             + 1
-            + config
-                .format(Reg::HitRatio)
-                .int
-                .max(config.format(Reg::HitHalved).int);
+            + config.format(Reg::HitRatio).int.max(config.format(Reg::HitHalved).int);
         fits(Reg::HitQuotient, ratio + b(Reg::HitInvSpan))?;
         fits(Reg::HitStep, b(Reg::HitD) + 1 + b(Reg::HitQuotient))?;
         fits(Reg::HitStep, b(Reg::HitRadius) + ratio)?;
@@ -147,10 +144,7 @@ impl Cfg {
             .max(config.format(Reg::HitR).int + config.format(Reg::HitD).int);
         fits(Reg::HitL, whole(sum) + top + 1)?;
         let common = f(Reg::HitD).max(f(Reg::HitStep));
-        let top = config
-            .format(Reg::HitD)
-            .int
-            .max(config.format(Reg::HitStep).int);
+        let top = config.format(Reg::HitD).int.max(config.format(Reg::HitStep).int);
         fits(Reg::HitD, whole(common) + top + 1)?;
         let tolerance = config.hit.tolerance_bits.map_or(0, i64::from);
         let tolerance_frac = ratio_frac.max(tolerance);
@@ -222,15 +216,7 @@ pub fn hit<const N: usize, T: Tap>(
         let mut sink = Sink { lane, flags, tap };
         rays[lane].x = take(input.x, lane);
         let direction = take(input.direction, lane);
-        begin(
-            cfg,
-            roms,
-            memory,
-            direction,
-            input.direction_frac[lane],
-            &mut rays[lane],
-            &mut sink,
-        );
+        begin(cfg, roms, memory, direction, input.direction_frac[lane], &mut rays[lane], &mut sink);
     }
     for k in 0..cfg.policy.iterations {
         if rays.iter().take(len).all(|ray| ray.done) {
@@ -284,19 +270,9 @@ fn begin<T: Tap>(
     let scale = memory.scale;
     let none = direction == [0; 3];
     sink.flags.event(Event::HitNoDirection, none);
-    let (v, v_frac) = if none {
-        ([0, 0, 1 << 20], 20)
-    } else {
-        (direction, direction_frac)
-    };
+    let (v, v_frac) = if none { ([0, 0, 1 << 20], 20) } else { (direction, direction_frac) };
     let (m, e) = mantissa4(dot(v, v));
-    let inv = sink.block(
-        &cfg.inv_norm,
-        Reg::HitInvNorm,
-        &[roms.rsqrt.rsqrt(m)],
-        P + e - v_frac,
-        0,
-    );
+    let inv = sink.block(&cfg.inv_norm, Reg::HitInvNorm, &[roms.rsqrt.rsqrt(m)], P + e - v_frac, 0);
     for (i, c) in v.into_iter().enumerate() {
         let shift = v_frac + inv.frac - i64::from(cfg.r.format.frac);
         ray.r[i] = sink.shift(&cfg.r, Reg::HitR, i, c * inv.m[0], shift, 0);

@@ -45,10 +45,7 @@ impl Project {
         let dv_r = bits(config, reg);
         let uv = super::cube_face::Cfg::uv_frac(config);
         let common = uv[0].max(uv[1]);
-        fits(
-            numerator,
-            dv_r + u32::try_from(common).unwrap_or(u32::MAX) + 2,
-        )?;
+        fits(numerator, dv_r + u32::try_from(common).unwrap_or(u32::MAX) + 2)?;
         if config.rotation.is_some() {
             fits(reg, dv_r + ROTATION_FRAC + 3)?;
         }
@@ -99,10 +96,9 @@ impl Project {
         let [sc, tc, ma] = components_lanes(lanes, &face.face, t);
         let one_bits = self.one_bits;
         let mut out = [[0; N]; 2];
-        for (out, (side, at, lift)) in out.iter_mut().zip([
-            (sc, &face.u, self.uv_lift[0]),
-            (tc, &face.v, self.uv_lift[1]),
-        ]) {
+        for (out, (side, at, lift)) in
+            out.iter_mut().zip([(sc, &face.u, self.uv_lift[0]), (tc, &face.v, self.uv_lift[1])])
+        {
             *out = each(lanes, |i| {
                 let keep = i64::from(face.zero[i]) - 1;
                 // The negative of the most negative code has a bit more.
@@ -150,10 +146,8 @@ impl Cfg {
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let f = |reg| frac(config, reg);
-        let (n_frac, v_frac) = (
-            block_frac(config, Reg::ReflectN),
-            block_frac(config, Reg::ReflectV),
-        );
+        let (n_frac, v_frac) =
+            (block_frac(config, Reg::ReflectN), block_frac(config, Reg::ReflectV));
         let (n_bits, v_bits) = (bits(config, Reg::ReflectN), bits(config, Reg::ReflectV));
         let dn = bits(config, Reg::JacDnMod);
         fits(Reg::JacVdotDn, v_bits + dn + 2)?;
@@ -178,18 +172,12 @@ impl Cfg {
             ];
             let common = terms.into_iter().max().unwrap_or(0);
             let top = whole.into_iter().max().unwrap_or(0);
-            fits(
-                Reg::JacDvr,
-                u32::try_from(common).unwrap_or(u32::MAX) + top + 3,
-            )?;
+            fits(Reg::JacDvr, u32::try_from(common).unwrap_or(u32::MAX) + top + 3)?;
             lift[i] = terms.map(|t| common - t);
             exact[i] = common;
         }
         let project = Project::new(config, Reg::JacDvr, Reg::JacNumerator)?;
-        fits(
-            Reg::JacD,
-            bits(config, Reg::JacNumerator) + bits(config, Reg::FaceInvMa),
-        )?;
+        fits(Reg::JacD, bits(config, Reg::JacNumerator) + bits(config, Reg::FaceInvMa))?;
         Ok(Self {
             dv: [q(Reg::JacDvDx, 0), q(Reg::JacDvDy, 0)],
             n_dot_dv: [Reg::JacDvDx, Reg::JacDvDy].map(|reg| q(Reg::JacNdotDv, n_frac + f(reg))),
@@ -261,30 +249,14 @@ pub fn jacobian<const N: usize, T: Tap>(
                     + (mul_wide::<T>(v_dn[i], 2 * n[c][i]) << lift[3])
                     - (mul_wide::<T>(n_dn[i], 2 * v[c][i]) << lift[4])
             };
-            sink.write(
-                &cfg.dv_r[col],
-                Reg::JacDvr,
-                3 * col + c,
-                sum,
-                exp,
-                &mut dv_r[c],
-            );
+            sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + c, sum, exp, &mut dv_r[c]);
         }
-        let t = cfg
-            .project
-            .rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
+        let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let mut numerator = [0; N];
-            sink.write(
-                &cfg.numerator,
-                Reg::JacNumerator,
-                c,
-                |i| sum[i],
-                exp,
-                &mut numerator,
-            );
+            sink.write(&cfg.numerator, Reg::JacNumerator, c, |i| sum[i], exp, &mut numerator);
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
             sink.shift(&cfg.d, Reg::JacD, c, &shift, quotient, |_| 0, &mut out.d[c]);
         }

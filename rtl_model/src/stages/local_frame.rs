@@ -56,10 +56,7 @@ pub struct Out<const N: usize> {
 
 impl<const N: usize> Default for Out<N> {
     fn default() -> Self {
-        Self {
-            e1: [[0; N]; 3],
-            e2: [[0; N]; 3],
-        }
+        Self { e1: [[0; N]; 3], e2: [[0; N]; 3] }
     }
 }
 
@@ -67,11 +64,8 @@ impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let q = |reg| Quantizer::new(config.format(reg), 0);
-        let (n, h, c) = (
-            bits(config, Reg::FrameN),
-            bits(config, Reg::FrameH),
-            bits(config, Reg::FrameCross),
-        );
+        let (n, h, c) =
+            (bits(config, Reg::FrameN), bits(config, Reg::FrameH), bits(config, Reg::FrameCross));
         fits(Reg::FrameCross, n + h + 2)?;
         fits(Reg::FrameInvLength, 2 * c + 2)?;
         fits(Reg::FrameLength, 2 * n + 2)?;
@@ -79,10 +73,7 @@ impl Cfg {
         fits(Reg::FrameScale, length + bits(config, Reg::FrameInvLength))?;
         fits(Reg::FrameE1, c + bits(config, Reg::FrameScale))?;
         fits(Reg::FrameNCross, n + c + 2)?;
-        fits(
-            Reg::FrameE2,
-            bits(config, Reg::FrameNCross) + bits(config, Reg::FrameInvLength),
-        )?;
+        fits(Reg::FrameE2, bits(config, Reg::FrameNCross) + bits(config, Reg::FrameInvLength))?;
         let n_frac = block_frac(config, Reg::FrameN);
         let c_frac = block_frac(config, Reg::FrameCross);
         Ok(Self {
@@ -151,21 +142,12 @@ pub fn local_frame<const N: usize, T: Tap>(
     let exact_exp: [i64; N] = each(lanes, |i| n_exp(i) + of_h(i) * input.h_exp[i]);
     let (exact, mut c, mut c_frac) = (c, [[0; N]; 3], [0; N]);
     let block = (&mut c, &mut c_frac);
-    sink.block(
-        &cfg.cross,
-        Reg::FrameCross,
-        &exact,
-        exact_frac,
-        |i| exact_exp[i],
-        block,
-    );
+    sink.block(&cfg.cross, Reg::FrameCross, &exact, exact_frac, |i| exact_exp[i], block);
     // From here on c's mantissas count as a vector with its largest component in [1, 2).
     let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c_frac[i]);
 
     let [mut square, mut m, mut q, mut root] = [[0; N]; 4];
-    fill(lanes, &mut square, |i| {
-        dot::<T>(take(&c, i), take(&c, i)).max(1)
-    });
+    fill(lanes, &mut square, |i| dot::<T>(take(&c, i), take(&c, i)).max(1));
     mantissa4(lanes, |i| square[i], &mut m, &mut q);
     roms.rsqrt.rsqrt_lanes::<N, T>(lanes, &m, &mut root);
     let (mut inv, mut inv_frac) = ([0; N], [0; N]);
@@ -177,26 +159,13 @@ pub fn local_frame<const N: usize, T: Tap>(
         |i| -c_exp[i],
         (array::from_mut(&mut inv), &mut inv_frac),
     );
-    fill(lanes, &mut square, |i| {
-        dot::<T>(take(n, i), take(n, i)).max(1)
-    });
+    fill(lanes, &mut square, |i| dot::<T>(take(n, i), take(n, i)).max(1));
     mantissa4(lanes, |i| square[i], &mut m, &mut q);
-    roms.sqrt
-        .sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, &mut root);
+    roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, &mut root);
     let length_frac = i64::from(cfg.length.format.frac);
-    let shift = Shift::new(lanes, &cfg.length, |i| {
-        port + cfg.n_frac - q[i] - length_frac
-    });
+    let shift = Shift::new(lanes, &cfg.length, |i| port + cfg.n_frac - q[i] - length_frac);
     let mut length = [0; N];
-    sink.shift(
-        &cfg.length,
-        Reg::FrameLength,
-        0,
-        &shift,
-        |i| root[i],
-        n_exp,
-        &mut length,
-    );
+    sink.shift(&cfg.length, Reg::FrameLength, 0, &shift, |i| root[i], n_exp, &mut length);
     let (mut scale, mut scale_frac) = ([0; N], [0; N]);
     sink.block(
         &cfg.scale,
@@ -210,15 +179,7 @@ pub fn local_frame<const N: usize, T: Tap>(
     let shift = Shift::new(lanes, &cfg.e1, |i| fixed + scale_frac[i]);
     for (k, c) in c.iter().enumerate() {
         let product = |i: usize| mul::<T>(c[i], scale[i]);
-        sink.shift(
-            &cfg.e1,
-            Reg::FrameE1,
-            k,
-            &shift,
-            product,
-            n_exp,
-            &mut out.e1[k],
-        );
+        sink.shift(&cfg.e1, Reg::FrameE1, k, &shift, product, n_exp, &mut out.e1[k]);
     }
     let mut n_cross = exact;
     cross_lanes::<N, T>(lanes, n, &c, &mut n_cross);
@@ -227,24 +188,9 @@ pub fn local_frame<const N: usize, T: Tap>(
     for (k, n_cross) in n_cross.iter().enumerate() {
         let exp = |i: usize| n_exp(i) + c_exp[i];
         let mut x = [0; N];
-        sink.write(
-            &cfg.n_cross,
-            Reg::FrameNCross,
-            k,
-            |i| n_cross[i],
-            exp,
-            &mut x,
-        );
+        sink.write(&cfg.n_cross, Reg::FrameNCross, k, |i| n_cross[i], exp, &mut x);
         let product = |i: usize| mul::<T>(x[i], inv[i]);
-        sink.shift(
-            &cfg.e2,
-            Reg::FrameE2,
-            k,
-            &shift,
-            product,
-            n_exp,
-            &mut out.e2[k],
-        );
+        sink.shift(&cfg.e2, Reg::FrameE2, k, &shift, product, n_exp, &mut out.e2[k]);
     }
 }
 
@@ -258,8 +204,6 @@ fn cross_lanes<const N: usize, T: Tap>(
 ) {
     for (k, out) in out.iter_mut().enumerate() {
         let (p, q) = ((k + 1) % 3, (k + 2) % 3);
-        fill(lanes, out, |i| {
-            mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i])
-        });
+        fill(lanes, out, |i| mul::<T>(a[p][i], b[q][i]) - mul::<T>(a[q][i], b[p][i]));
     }
 }

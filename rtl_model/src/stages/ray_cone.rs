@@ -85,10 +85,7 @@ impl Cfg {
     pub fn load(&self, words: [u64; 2], dither: &mut Dither, flags: &mut Flags) -> Cone {
         let mut store = Store::new(self, dither, flags);
         let [angle, width] = words.map(|word| store.port(word));
-        Cone {
-            angle: store.angle(&single(angle)),
-            width: store.width(&single(width)),
-        }
+        Cone { angle: store.angle(&single(angle)), width: store.width(&single(width)) }
     }
 }
 
@@ -161,19 +158,13 @@ pub fn propagate(
     let mut sum = exact::sum2(angle, distance, width);
     let passed = angle.negative && sum.negative;
     sum.negative &= !passed;
-    Cone {
-        angle: Angle(unchanged(cfg, cone.angle.0, angle, passed)),
-        width: store.width(&sum),
-    }
+    Cone { angle: Angle(unchanged(cfg, cone.angle.0, angle, passed)), width: store.width(&sum) }
 }
 
 /// The code that holds `value`: `code`, made finite, with one zero and the sign turned where asked.
 fn unchanged(cfg: &Cfg, code: u32, value: Dyadic, turned: bool) -> u32 {
-    let magnitude = if value.is_zero() {
-        0
-    } else {
-        cfg.format.abs(code).min(cfg.format.largest())
-    };
+    let magnitude =
+        if value.is_zero() { 0 } else { cfg.format.abs(code).min(cfg.format.largest()) };
     if value.negative != turned && magnitude != 0 {
         magnitude | cfg.format.sign()
     } else {
@@ -202,14 +193,7 @@ pub fn propagate_batch(cfg: &Cfg, cones: &mut [Cone], distances: &[u32], first_r
     let bf16 = cfg.format == SmallFloat::BF16;
     match (cfg.rounding, bf16) {
         (StoreRounding::Rne, true) => {
-            blocks(
-                cfg,
-                SmallFloat::BF16,
-                StoreRounding::Rne,
-                cones,
-                distances,
-                first_ray,
-            );
+            blocks(cfg, SmallFloat::BF16, StoreRounding::Rne, cones, distances, first_ray);
         }
         (rounding, _) => blocks(cfg, cfg.format, rounding, cones, distances, first_ray),
     }
@@ -229,9 +213,7 @@ fn blocks(
         StoreRounding::Rne | StoreRounding::Truncate => 0,
     };
     let mut ray = first_ray;
-    let chunks = cones
-        .chunks_mut(fast::BLOCK)
-        .zip(distances.chunks(fast::BLOCK));
+    let chunks = cones.chunks_mut(fast::BLOCK).zip(distances.chunks(fast::BLOCK));
     for (cones, distances) in chunks {
         let done = match (cones.first_chunk_mut(), distances.first_chunk()) {
             (Some(block), Some(distances)) => {
@@ -272,10 +254,7 @@ pub fn reflect(
         };
     }
     let twice = Dyadic::new(curvature.negative, curvature.m, curvature.e + 1);
-    Cone {
-        angle: store.angle(&exact::sum2(width.abs(), twice, angle)),
-        width: width_code,
-    }
+    Cone { angle: store.angle(&exact::sum2(width.abs(), twice, angle)), width: width_code }
 }
 
 /// α' = (n_o/n_i)(α + k|w|) − k|w| = (n_o·α + n_o·k|w| − n_i·k|w|)/n_i, rounded once.
@@ -310,15 +289,9 @@ pub fn refract(
     } else if numerator.is_zero() {
         exact::sum2(curvature.neg(), bend, Dyadic::ZERO)
     } else {
-        Sum {
-            e: 1 << 16,
-            ..numerator
-        }
+        Sum { e: 1 << 16, ..numerator }
     };
-    Cone {
-        angle: store.angle(&quotient),
-        width: width_code,
-    }
+    Cone { angle: store.angle(&quotient), width: width_code }
 }
 
 /// α' = α + s_max·min(1, 1/(πF)) after a scatter with the BSDF (or phase function) value F, s_max = ¼.
@@ -367,10 +340,7 @@ pub fn scatter(
             },
         };
     }
-    Cone {
-        angle: store.angle(&sum),
-        width: same.width,
-    }
+    Cone { angle: store.angle(&sum), width: same.width }
 }
 
 /// Whether a magnitude is at least ¼.
@@ -399,17 +369,9 @@ pub fn choose(cfg: &Cfg, cones: [Cone; 2], larger: Larger, alone: bool) -> Cone 
         };
         // Codes of magnitudes grow with their values; NaN reads as 0.
         let (value, _) = cfg.format.unpack(code);
-        if value.is_zero() {
-            0
-        } else {
-            cfg.format.abs(code).min(cfg.format.largest())
-        }
+        if value.is_zero() { 0 } else { cfg.format.abs(code).min(cfg.format.largest()) }
     };
-    if alone || magnitude(first) >= magnitude(second) {
-        first
-    } else {
-        second
-    }
+    if alone || magnitude(first) >= magnitude(second) { first } else { second }
 }
 
 /// One operation with its operands.
@@ -437,11 +399,9 @@ pub fn ray_cone(cfg: &Cfg, cone: Cone, step: Step, dither: &mut Dither, flags: &
     match step {
         Step::Propagate(distance) => propagate(cfg, cone, distance, dither, flags),
         Step::Reflect(curvature) => reflect(cfg, cone, curvature, dither, flags),
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => refract(cfg, cone, curvature, [outside, inside], dither, flags),
+        Step::Refract { curvature, outside, inside } => {
+            refract(cfg, cone, curvature, [outside, inside], dither, flags)
+        }
         Step::Scatter(bsdf) => scatter(cfg, cone, bsdf, dither, flags),
     }
 }

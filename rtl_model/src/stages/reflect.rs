@@ -75,17 +75,12 @@ impl Cfg {
         fits(Reg::ReflectNdotN, 2 * n + 2)?;
         let n_frac = block_frac(config, Reg::ReflectN);
         let v_frac = block_frac(config, Reg::ReflectV);
-        let terms = [
-            n_frac + frac(config, Reg::ReflectNdotV),
-            v_frac + frac(config, Reg::ReflectNdotN),
-        ];
+        let terms =
+            [n_frac + frac(config, Reg::ReflectNdotV), v_frac + frac(config, Reg::ReflectNdotN)];
         let common = terms[0].max(terms[1]);
         let whole =
             (2 + int(config, Reg::ReflectNdotV)).max(1 + int(config, Reg::ReflectNdotN)) + 1;
-        fits(
-            Reg::ReflectVr,
-            u32::try_from(common).unwrap_or(u32::MAX) + whole,
-        )?;
+        fits(Reg::ReflectVr, u32::try_from(common).unwrap_or(u32::MAX) + whole)?;
         Ok(Self {
             v: Quantizer::new(config.format(Reg::ReflectV), 0),
             n: Quantizer::new(config.format(Reg::ReflectN), 0),
@@ -149,12 +144,5 @@ pub fn reflect<const N: usize, T: Tap>(
     }
     let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
     let block = (&mut out.v_r, &mut out.v_r_frac);
-    sink.block(
-        &cfg.v_r,
-        Reg::ReflectVr,
-        &sum,
-        |_| cfg.exact_frac,
-        exp,
-        block,
-    );
+    sink.block(&cfg.v_r, Reg::ReflectVr, &sum, |_| cfg.exact_frac, exp, block);
 }

@@ -67,10 +67,8 @@ impl Cfg {
         let f = |reg| frac(config, reg);
         let w = |reg| bits(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
-        let (n_frac, v_frac) = (
-            block_frac(config, Reg::ReflectN),
-            block_frac(config, Reg::ReflectV),
-        );
+        let (n_frac, v_frac) =
+            (block_frac(config, Reg::ReflectN), block_frac(config, Reg::ReflectV));
         fits(Reg::RoughScaled, w(Reg::RoughD) + SCALE_FRAC + 4)?;
         let mut lift = [[0; 3]; 2];
         let mut exact = [0; 2];
@@ -86,10 +84,7 @@ impl Cfg {
             let whole = (int(config, Reg::ReflectNdotV) + int(config, reg))
                 .max(1 + int(config, Reg::RoughVdotE))
                 .max(1 + int(config, Reg::RoughNdotE));
-            fits(
-                Reg::RoughDvr,
-                u32::try_from(common).unwrap_or(u32::MAX) + whole + 3,
-            )?;
+            fits(Reg::RoughDvr, u32::try_from(common).unwrap_or(u32::MAX) + whole + 3)?;
             lift[k] = terms.map(|t| common - t);
             exact[k] = common;
         }
@@ -164,53 +159,22 @@ pub fn roughness<const N: usize, T: Tap>(
                     + (mul::<T>(2 * n[c][i], v_e[i]) << lift[1])
                     - (mul::<T>(2 * v[c][i], n_e[i]) << lift[2])
             };
-            sink.write(
-                &cfg.dv_r[col],
-                Reg::RoughDvr,
-                3 * col + c,
-                sum,
-                exp,
-                &mut dv_r[c],
-            );
+            sink.write(&cfg.dv_r[col], Reg::RoughDvr, 3 * col + c, sum, exp, &mut dv_r[c]);
         }
-        let t = cfg
-            .project
-            .rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
+        let t = cfg.project.rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let mut numerator = [0; N];
-            sink.write(
-                &cfg.numerator,
-                Reg::RoughNumerator,
-                c,
-                |i| sum[i],
-                exp,
-                &mut numerator,
-            );
+            sink.write(&cfg.numerator, Reg::RoughNumerator, c, |i| sum[i], exp, &mut numerator);
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            sink.shift(
-                &cfg.e,
-                Reg::RoughE,
-                c,
-                &shift,
-                quotient,
-                |_| 0,
-                &mut e_uv[c],
-            );
+            sink.shift(&cfg.e, Reg::RoughE, c, &shift, quotient, |_| 0, &mut e_uv[c]);
         }
     }
     let [e11, e12, e21, e22] = &e_uv;
     let [d1, d2, d3] = &scaled;
     let b = &cfg.b;
-    sink.write(
-        b,
-        Reg::RoughB,
-        0,
-        |i| mul::<T>(e11[i], d1[i]),
-        |_| 0,
-        &mut out.b[0],
-    );
+    sink.write(b, Reg::RoughB, 0, |i| mul::<T>(e11[i], d1[i]), |_| 0, &mut out.b[0]);
     sink.write(
         b,
         Reg::RoughB,
@@ -219,14 +183,7 @@ pub fn roughness<const N: usize, T: Tap>(
         |_| 0,
         &mut out.b[1],
     );
-    sink.write(
-        b,
-        Reg::RoughB,
-        2,
-        |i| mul::<T>(e21[i], d1[i]),
-        |_| 0,
-        &mut out.b[2],
-    );
+    sink.write(b, Reg::RoughB, 2, |i| mul::<T>(e21[i], d1[i]), |_| 0, &mut out.b[2]);
     sink.write(
         b,
         Reg::RoughB,

@@ -93,10 +93,7 @@ impl Cfg {
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let b = |reg| bits(config, reg);
         let max = config.tex.max_anisotropy.max(1);
-        for (reg, inv) in [
-            (Reg::SurfDirection, Reg::SurfD),
-            (Reg::SurfNormal, Reg::SurfN),
-        ] {
+        for (reg, inv) in [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)] {
             fits(Reg::SurfInvLength, 2 * b(reg) + 2)?;
             fits(inv, b(reg) + b(Reg::SurfInvLength))?;
         }
@@ -184,11 +181,7 @@ pub fn surface_footprint<T: Tap>(
         None => block::gather(T::STANDARD, dd, &sums, &dot_frac),
         Some(edge) => {
             let at = block::gather(T::STANDARD, [&cfg.barycentric; 4], &sums, &dot_frac);
-            put(
-                sink,
-                [(Reg::SurfBarycentric, 0), (Reg::SurfBarycentric, 2)],
-                &at,
-            );
+            put(sink, [(Reg::SurfBarycentric, 0), (Reg::SurfBarycentric, 2)], &at);
             let [b_x, c_x, b_y, c_y] = at.m;
             let [s_b, s_c, t_b, t_c] = edge.m;
             let sums = [
@@ -235,13 +228,7 @@ fn unit<T: Tap>(
     let inv = block::normalize(T::STANDARD, &cfg.inv_length, &[roms.rsqrt.rsqrt(m)], P + e);
     let q = &cfg.unit[index];
     // Relative to the mantissas, so that the vector's own power of two does not count.
-    sink.tap.put(
-        sink.lane,
-        Reg::SurfInvLength,
-        index,
-        inv.m[0],
-        inv.frac - v.frac,
-    );
+    sink.tap.put(sink.lane, Reg::SurfInvLength, index, inv.m[0], inv.frac - v.frac);
     let shift = inv.frac - i64::from(q.format.frac);
     let mut out = [0; 3];
     for (i, o) in out.iter_mut().enumerate() {
@@ -260,11 +247,7 @@ fn project<T: Tap>(cfg: &Cfg, roms: &Roms, input: &In, out: &mut Out, sink: &mut
     let parallel = crossed == [0; 3];
     sink.flags.event(Event::SurfParallel, parallel);
     let flat = cfg.otk_limit.is_some_and(|limit| cosine.abs() >= limit);
-    let n = if n == [0; 3] {
-        [0, 0, 1 << cfg.unit[1].format.frac]
-    } else {
-        n
-    };
+    let n = if n == [0; 3] { [0, 0, 1 << cfg.unit[1].format.frac] } else { n };
     let mut crossed_frac = i64::from(cfg.unit[0].format.frac) + i64::from(cfg.unit[1].format.frac);
     if parallel || flat {
         crossed = beside(n);
@@ -273,13 +256,7 @@ fn project<T: Tap>(cfg: &Cfg, roms: &Roms, input: &In, out: &mut Out, sink: &mut
     let crossed = sink.block(&cfg.cross, Reg::SurfCross, &crossed, crossed_frac, 0);
     let (m, e) = mantissa4(dot(crossed.m, crossed.m).max(1));
     let inv = [roms.rsqrt.rsqrt(m)];
-    let inv = sink.block(
-        &cfg.inv_cross,
-        Reg::SurfInvCross,
-        &inv,
-        P + e - crossed.frac,
-        0,
-    );
+    let inv = sink.block(&cfg.inv_cross, Reg::SurfInvCross, &inv, P + e - crossed.frac, 0);
     let shift = crossed.frac + inv.frac - i64::from(cfg.across.format.frac);
     let mut across = [0; 3];
     for (i, a) in across.iter_mut().enumerate() {
@@ -296,29 +273,15 @@ fn project<T: Tap>(cfg: &Cfg, roms: &Roms, input: &In, out: &mut Out, sink: &mut
     let top = 63 - i64::from(width.m.max(1).leading_zeros());
     out.exponent = if width.is_zero() { 0 } else { width.e + top };
     let w = i64::try_from(width.m).unwrap_or(0);
-    let w = if cfg.otk_limit.is_some() && width.negative {
-        -w
-    } else {
-        w
-    };
+    let w = if cfg.otk_limit.is_some() && width.negative { -w } else { w };
     let one = 1i64 << cfg.cosine.format.frac;
-    let (m, e) = mantissa(if flat || parallel {
-        one
-    } else {
-        cosine.abs().max(cfg.least).max(1)
-    });
+    let (m, e) = mantissa(if flat || parallel { one } else { cosine.abs().max(cfg.least).max(1) });
     let inv_frac = P + e - i64::from(cfg.cosine.format.frac);
     let inv = [roms.recip.recip(m)];
     let inv = sink.block(&cfg.inv_cosine, Reg::SurfInvCosine, &inv, inv_frac, 0);
     let stretch = [w * inv.m[0]];
     let stretch_frac = inv.frac + top;
-    let stretch = sink.block(
-        &cfg.stretch,
-        Reg::SurfStretch,
-        &stretch,
-        stretch_frac,
-        out.exponent,
-    );
+    let stretch = sink.block(&cfg.stretch, Reg::SurfStretch, &stretch, stretch_frac, out.exponent);
     for i in 0..3 {
         let q = &cfg.dp_dx;
         let shift = i64::from(cfg.along.format.frac) + stretch.frac - i64::from(q.format.frac);
@@ -353,21 +316,12 @@ fn gradients<T: Tap>(
 ) -> [Block<3>; 2] {
     let regs = [Reg::SurfGradS, Reg::SurfGradT];
     let plane = if cfg.gradient == ConeGradient::Gram {
-        sink.block(
-            &cfg.plane,
-            Reg::SurfPlane,
-            &cross(s.m, t.m),
-            s.frac + t.frac,
-            0,
-        )
+        sink.block(&cfg.plane, Reg::SurfPlane, &cross(s.m, t.m), s.frac + t.frac, 0)
     } else {
         Block { m: [0; 3], frac: 0 }
     };
     let flat = plane.m == [0; 3];
-    sink.flags.event(
-        Event::SurfDegenerate,
-        flat && cfg.gradient == ConeGradient::Gram,
-    );
+    sink.flags.event(Event::SurfDegenerate, flat && cfg.gradient == ConeGradient::Gram);
     let mut out = [Block { m: [0; 3], frac: 0 }; 2];
     if flat {
         for (i, v) in [s, t].into_iter().enumerate() {
@@ -378,14 +332,12 @@ fn gradients<T: Tap>(
         return out;
     }
     let inv = inverse(cfg, roms, 0, dot(plane.m, plane.m), 2 * plane.frac, sink);
-    for (i, (turned, v)) in [(cross(t.m, plane.m), t), (cross(plane.m, s.m), s)]
-        .into_iter()
-        .enumerate()
+    for (i, (turned, v)) in
+        [(cross(t.m, plane.m), t), (cross(plane.m, s.m), s)].into_iter().enumerate()
     {
         let turned = block::normalize(T::STANDARD, &cfg.turned, &turned, v.frac + plane.frac);
         for (c, m) in turned.m.iter().enumerate() {
-            sink.tap
-                .put(sink.lane, Reg::SurfTurned, 3 * i + c, *m, turned.frac);
+            sink.tap.put(sink.lane, Reg::SurfTurned, 3 * i + c, *m, turned.frac);
         }
         let scaled = turned.m.map(|c| c * inv.m[0]);
         out[i] = sink.block(&cfg.grad[i], regs[i], &scaled, turned.frac + inv.frac, 0);
@@ -406,7 +358,6 @@ fn inverse<T: Tap>(
     let (m, e) = mantissa(x.max(1));
     let y = if x == 0 { 0 } else { roms.recip.recip(m) };
     let inv = block::normalize(T::STANDARD, &cfg.inv_square, &[y], P + e - x_frac);
-    sink.tap
-        .put(sink.lane, Reg::SurfInvSquare, index, inv.m[0], inv.frac);
+    sink.tap.put(sink.lane, Reg::SurfInvSquare, index, inv.m[0], inv.frac);
     inv
 }

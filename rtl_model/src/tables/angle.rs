@@ -142,9 +142,6 @@ impl AngleRom {
         let wide =
             |n: usize, width: u32| u64::try_from(2 * n).unwrap_or(u64::MAX) * u64::from(width);
         wide(self.angles.len(), self.spec.frac + 1)
-            + wide(
-                self.boundaries.len() + self.doubled.len(),
-                BOUNDARY_FRAC + 1,
-            )
+            + wide(self.boundaries.len() + self.doubled.len(), BOUNDARY_FRAC + 1)
     }
 }

@@ -116,11 +116,7 @@ pub fn sin_cos(p: u32, q: u32, cosine: bool, frac: u32) -> Option<i64> {
     let half = 1i128 << (drop - 1);
     let low = (value - SERIES_ERROR + half) >> drop;
     let high = (value + SERIES_ERROR + half) >> drop;
-    if low == high {
-        i64::try_from(low).ok()
-    } else {
-        None
-    }
+    if low == high { i64::try_from(low).ok() } else { None }
 }
 
 #[cfg(test)]
@@ -160,11 +156,7 @@ mod tests {
                 let mut before = None;
                 for i in 0..=2 * entries {
                     let value = log2(2 * entries + i, 2 * entries, frac);
-                    assert!(
-                        value.is_some(),
-                        "log2 of 1 + {i}/{} at {frac} bits",
-                        2 * entries
-                    );
+                    assert!(value.is_some(), "log2 of 1 + {i}/{} at {frac} bits", 2 * entries);
                     assert!(before <= value);
                     before = value;
                 }

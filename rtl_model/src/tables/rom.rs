@@ -84,13 +84,7 @@ impl Rom {
             }
         }
         let run = values.len() / usize::try_from(binades).ok()?;
-        Some(Self {
-            function,
-            spec,
-            values,
-            log_intervals: i64::from(per_binade.ilog2()),
-            run,
-        })
+        Some(Self { function, spec, values, log_intervals: i64::from(per_binade.ilog2()), run })
     }
 
     /// Table bits: entries times entry width (one integer bit).
@@ -174,11 +168,7 @@ impl Rom {
 
     #[inline(always)]
     fn two_binades(&self, x: i64) -> i64 {
-        if x < 2 * ONE {
-            self.interpolate(0, x - ONE)
-        } else {
-            self.interpolate(1, (x >> 1) - ONE)
-        }
+        if x < 2 * ONE { self.interpolate(0, x - ONE) } else { self.interpolate(1, (x >> 1) - ONE) }
     }
 }
 

@@ -155,10 +155,7 @@ impl State<1> {
     }
 }
 
-pub(super) const NO_FLAGS: Flags = Flags {
-    overflow: 0,
-    events: 0,
-};
+pub(super) const NO_FLAGS: Flags = Flags { overflow: 0, events: 0 };
 
 /// Results of up to `N` fragments.
 #[derive(Clone, Debug)]
@@ -175,11 +172,6 @@ pub struct Results<const N: usize> {
 
 impl<const N: usize> Default for Results<N> {
     fn default() -> Self {
-        Self {
-            color: [[0; 3]; N],
-            probes: [0; N],
-            texels: [0; N],
-            flags: [NO_FLAGS; N],
-        }
+        Self { color: [[0; 3]; N], probes: [0; N], texels: [0; N], flags: [NO_FLAGS; N] }
     }
 }

@@ -69,9 +69,7 @@ pub struct HitResults<const N: usize> {
 
 impl<const N: usize> Default for HitResults<N> {
     fn default() -> Self {
-        Self {
-            env: Results::default(),
-        }
+        Self { env: Results::default() }
     }
 }
 
@@ -87,16 +85,10 @@ pub struct HitUnit {
 impl HitUnit {
     /// Compiles a configuration; refuses by name what could not be exact inside.
     pub fn new(config: &Config, face_size: u32) -> Result<Self, ConfigError> {
-        let needs = Needs {
-            bump: false,
-            rough: false,
-        };
+        let needs = Needs { bump: false, rough: false };
         let unit = Unit::new(config, needs, face_size)?;
         let looked_up = if config.rotation.is_some() {
-            fits(
-                Reg::FaceRotated,
-                bits(config, Reg::HitTo) + ROTATION_FRAC + 3,
-            )?;
+            fits(Reg::FaceRotated, bits(config, Reg::HitTo) + ROTATION_FRAC + 3)?;
             bits(config, Reg::FaceRotated)
         } else {
             bits(config, Reg::HitTo)
@@ -152,9 +144,9 @@ impl HitUnit {
         ports.cone[lane] = words.cone.map(|cone| {
             // A stochastic store looks at the ray alone: the same bits in every lane and on every thread.
             let ray = words.x.into_iter().chain(words.r).chain(cone);
-            let mut dither = self.cone.dither(ray.fold(0, |sum, word| {
-                (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            }));
+            let mut dither = self
+                .cone
+                .dither(ray.fold(0, |sum, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
             all_finite &= cone.iter().all(|word| Dyadic::binary64(*word).1);
             let cone = self.cone.load(cone, &mut dither, &mut flags);
             (cone, dither)
@@ -178,10 +170,7 @@ impl HitUnit {
     }
 
     /// [`HitUnit::run`] from step `first` on, over a state in which the steps before it have run.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "what `run` takes, and where to begin"
-    )]
+    #[expect(clippy::too_many_arguments, reason = "what `run` takes, and where to begin")]
     #[inline(always)]
     pub fn run_from<const N: usize, T: Tap>(
         &self,
@@ -203,15 +192,7 @@ impl HitUnit {
                 direction: &ports.direction,
                 direction_frac: &ports.direction_frac,
             };
-            hit::hit(
-                &self.hit,
-                roms,
-                memory,
-                input,
-                hit,
-                &mut env.flags[..len],
-                tap,
-            );
+            hit::hit(&self.hit, roms, memory, input, hit, &mut env.flags[..len], tap);
         });
         let searched = *env.flags_behind(0).unwrap_or(&env.flags);
         out.env.flags = searched;
@@ -224,21 +205,14 @@ impl HitUnit {
             *exp = if escaped { 0 } else { memory.scale };
         }
         env.step(1, first, |env| {
-            let input = cube_face::In {
-                v_r: &hit.to,
-                v_r_frac: &hit.to_frac,
-                exp: &exp,
-            };
+            let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
             let flags = &mut env.flags[..len];
             cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
         });
         env.step(2, first, |env| {
             self.footprints_at_hits(ports, memory, hit, &exp, env, tap);
         });
-        let lanes = Ports::<N> {
-            len,
-            ..Ports::default()
-        };
+        let lanes = Ports::<N> { len, ..Ports::default() };
         let unit = &self.unit;
         env.step(3, first, |env| unit.covariance(&lanes, env, tap));
         env.step(4, first, |env| unit.eigen(&lanes, env, tap));

@@ -57,45 +57,15 @@ impl Unit {
             None => (&self.reflect.n, Reg::ReflectN),
         };
         let v_port = (&self.reflect.v, Reg::ReflectV);
-        vector(
-            &mut sink,
-            v_port,
-            &ports.v,
-            &mut finite,
-            &mut input.v,
-            &mut input.v_exp,
-        );
-        vector(
-            &mut sink,
-            (n_port, n_reg),
-            &ports.n,
-            &mut finite,
-            &mut input.n,
-            &mut input.n_exp,
-        );
+        vector(&mut sink, v_port, &ports.v, &mut finite, &mut input.v, &mut input.v_exp);
+        vector(&mut sink, (n_port, n_reg), &ports.n, &mut finite, &mut input.n, &mut input.n_exp);
         for col in 0..2 {
             let dv = (&self.jacobian.dv[col], [Reg::JacDvDx, Reg::JacDvDy][col]);
             let dn = (&self.normal.dn[col], [Reg::JacDnDx, Reg::JacDnDy][col]);
             for c in 0..3 {
                 let k = 3 * col + c;
-                scalar(
-                    &mut sink,
-                    dv,
-                    c,
-                    &ports.dv[k],
-                    &input.v_exp,
-                    &mut finite,
-                    &mut input.dv[k],
-                );
-                scalar(
-                    &mut sink,
-                    dn,
-                    c,
-                    &ports.dn[k],
-                    &input.n_exp,
-                    &mut finite,
-                    &mut input.dn[k],
-                );
+                scalar(&mut sink, dv, c, &ports.dv[k], &input.v_exp, &mut finite, &mut input.dv[k]);
+                scalar(&mut sink, dn, c, &ports.dn[k], &input.n_exp, &mut finite, &mut input.dn[k]);
             }
         }
         if let Some(bump) = &self.bump {
@@ -112,14 +82,7 @@ impl Unit {
         }
         if let Some(frame) = &self.frame {
             let h_port = (&frame.h, Reg::FrameH);
-            vector(
-                &mut sink,
-                h_port,
-                &ports.h,
-                &mut finite,
-                &mut input.h,
-                &mut input.h_exp,
-            );
+            vector(&mut sink, h_port, &ports.h, &mut finite, &mut input.h, &mut input.h_exp);
         }
         let mut not_finite = [false; N];
         for (not, finite) in not_finite.iter_mut().zip(&finite) {

@@ -78,13 +78,7 @@ impl Unit {
             e2: &state.frame.e2,
             b: &state.input.b,
         };
-        bump::bump(
-            cfg,
-            input,
-            &mut state.bumped,
-            &mut state.flags[..ports.len],
-            tap,
-        );
+        bump::bump(cfg, input, &mut state.bumped, &mut state.flags[..ports.len], tap);
     }
 
     /// `reflect`.
@@ -104,11 +98,7 @@ impl Unit {
         let input = reflect::In {
             v: &state.input.v,
             v_exp: &state.input.v_exp,
-            n: if self.bump.is_some() {
-                &state.bumped.n_mod
-            } else {
-                &state.input.n
-            },
+            n: if self.bump.is_some() { &state.bumped.n_mod } else { &state.input.n },
             n_exp: &state.input.n_exp,
             n_mod_frac,
         };
@@ -196,13 +186,7 @@ impl Unit {
             reflect: &state.reflected,
             face: &state.face,
         };
-        jacobian::jacobian(
-            &self.jacobian,
-            input,
-            &mut state.d,
-            &mut state.flags[..ports.len],
-            tap,
-        );
+        jacobian::jacobian(&self.jacobian, input, &mut state.d, &mut state.flags[..ports.len], tap);
     }
 
     /// `roughness`, if the scene needs it.
@@ -257,9 +241,7 @@ impl Unit {
         state: &mut State<N>,
         tap: &mut T,
     ) {
-        let input = eigen::In {
-            covariance: &state.k,
-        };
+        let input = eigen::In { covariance: &state.k };
         eigen::eigen(
             &self.eigen,
             &self.roms,
@@ -318,11 +300,7 @@ impl Unit {
         for lane in 0..len.min(N) {
             let request = self.request(state, lane);
             out.flags[lane] = state.flags[lane];
-            let mut sink = Sink {
-                lane,
-                flags: &mut out.flags[lane],
-                tap: &mut *tap,
-            };
+            let mut sink = Sink { lane, flags: &mut out.flags[lane], tap: &mut *tap };
             let filtered = filter::filter(
                 &self.filter,
                 &self.address,
@@ -348,11 +326,7 @@ impl Unit {
     ) {
         let request = self.request(state, lane);
         let mut flags = NO_FLAGS;
-        let mut sink = Sink {
-            lane,
-            flags: &mut flags,
-            tap: &mut NoTapStandard,
-        };
+        let mut sink = Sink { lane, flags: &mut flags, tap: &mut NoTapStandard };
         let (cfg, address) = (&self.filter, &self.address);
         filter::footprints(cfg, address, &self.roms, texture, &request, &mut sink, each);
     }
@@ -364,11 +338,7 @@ impl Unit {
         let mut flags = NO_FLAGS;
         for lane in 0..len.min(N) {
             let request = self.request(state, lane);
-            let mut sink = Sink {
-                lane,
-                flags: &mut flags,
-                tap: &mut NoTapStandard,
-            };
+            let mut sink = Sink { lane, flags: &mut flags, tap: &mut NoTapStandard };
             sum += filter::touch(
                 &self.filter,
                 &self.address,

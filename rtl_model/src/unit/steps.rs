@@ -21,10 +21,7 @@ impl<const N: usize> State<N> {
     /// A state that remembers the flags behind each step.
     #[must_use]
     pub fn kept() -> Self {
-        Self {
-            marks: Some([[NO_FLAGS; N]; MOST_STEPS]),
-            ..Self::default()
-        }
+        Self { marks: Some([[NO_FLAGS; N]; MOST_STEPS]), ..Self::default() }
     }
 
     /// Runs a step unless it lies in front of `first`: its results are there then. The first one that runs finds
@@ -56,10 +53,7 @@ impl<const N: usize> HitState<N> {
     /// A state that remembers the flags behind each step.
     #[must_use]
     pub fn kept() -> Self {
-        Self {
-            env: State::kept(),
-            ..Self::default()
-        }
+        Self { env: State::kept(), ..Self::default() }
     }
 }
 
@@ -67,10 +61,7 @@ impl<const N: usize> TexState<N> {
     /// A state that remembers the flags behind each step.
     #[must_use]
     pub fn kept() -> Self {
-        Self {
-            env: State::kept(),
-            ..Self::default()
-        }
+        Self { env: State::kept(), ..Self::default() }
     }
 }
 

@@ -82,8 +82,7 @@ impl<T: Tap> Tap for InTexels<'_, T> {
             // Every other register means the same on a cube.
             _ => 0,
         };
-        self.tap
-            .put(lane, reg, component, raw, frac - powers * self.unit);
+        self.tap.put(lane, reg, component, raw, frac - powers * self.unit);
     }
 }
 
@@ -140,19 +139,13 @@ impl TexUnit {
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        let tap = &mut InTexels {
-            tap,
-            unit: self.texels,
-        };
+        let tap = &mut InTexels { tap, unit: self.texels };
         let len = requests.len().min(N);
         let TexState { surface, st, env } = state;
         env.step(0, first, |env| {
             self.surfaces(&requests[..len], surface, st, env, tap);
         });
-        let lanes = Ports::<N> {
-            len,
-            ..Ports::default()
-        };
+        let lanes = Ports::<N> { len, ..Ports::default() };
         let unit = &self.unit;
         env.step(1, first, |env| unit.covariance(&lanes, env, tap));
         env.step(2, first, |env| unit.eigen(&lanes, env, tap));
@@ -173,11 +166,7 @@ impl TexUnit {
         for (lane, words) in requests.iter().enumerate() {
             let mut flags = NO_FLAGS;
             let mut finite = true;
-            let mut sink = Sink {
-                lane,
-                flags: &mut flags,
-                tap: &mut *tap,
-            };
+            let mut sink = Sink { lane, flags: &mut flags, tap: &mut *tap };
             let input = self.load(words, &mut st[lane], &mut finite, &mut sink);
             sink.flags.event(Event::SurfNotFinite, !finite);
             let found = surface_footprint::surface_footprint(
@@ -228,10 +217,7 @@ impl TexUnit {
             Tangents::Surface(v) => (pair(v, finite), None),
             Tangents::Triangle { edges, st } => {
                 let tangents = pair(edges, finite);
-                (
-                    tangents,
-                    Some(vector(&cfg.edge, Reg::SurfEdge, st, finite, sink)),
-                )
+                (tangents, Some(vector(&cfg.edge, Reg::SurfEdge, st, finite, sink)))
             }
         };
         for (i, reg) in [Reg::SurfS, Reg::SurfT].into_iter().enumerate() {
@@ -276,13 +262,9 @@ fn scalar<T: Tap>(
     let (code, over, is_finite) = port::scalar(T::STANDARD, q, word, 0);
     *finite &= is_finite;
     sink.flags.register(reg, over);
-    sink.tap
-        .put(sink.lane, reg, c, code, i64::from(q.format.frac));
+    sink.tap.put(sink.lane, reg, c, code, i64::from(q.format.frac));
     code
 }
 
 /// What a unit for textures needs of ENV's front: nothing.
-pub(super) const NEEDS: Needs = Needs {
-    bump: false,
-    rough: false,
-};
+pub(super) const NEEDS: Needs = Needs { bump: false, rough: false };

@@ -143,8 +143,7 @@ impl Wire {
         match self.carries() {
             Carries::Codes(regs) => {
                 let each = self.components() / regs.len();
-                regs.get(component / each)
-                    .map(|reg| (*reg, component % each))
+                regs.get(component / each).map(|reg| (*reg, component % each))
             }
             Carries::Mantissas(reg) | Carries::Floating(reg) => Some((reg, component)),
             Carries::Power | Carries::Face | Carries::Bit | Carries::Count => None,
@@ -268,15 +267,9 @@ impl Unit {
             Alone::Reflect if frame => &[V, FRAME_N],
             Alone::Reflect => &[V, N],
             Alone::CubeFace => &[&[W::VExp, W::NExp, W::NLift, W::Vr, W::VrFrac]],
-            Alone::Jacobian if bump => &[
-                V,
-                FRAME_N,
-                &[W::H, W::HExp],
-                TANGENTS,
-                &[W::B],
-                DERIVATIVES,
-                FACING,
-            ],
+            Alone::Jacobian if bump => {
+                &[V, FRAME_N, &[W::H, W::HExp], TANGENTS, &[W::B], DERIVATIVES, FACING]
+            }
             Alone::Jacobian => &[V, &[W::NExp], DERIVATIVES, FACING],
             Alone::Roughness if self.roughness.is_some() => {
                 &[V, &[W::NExp], TANGENTS, &[W::Rough], FACING]
@@ -324,10 +317,7 @@ impl Unit {
         tap: &mut T,
     ) -> Flags {
         state.flags = [NO_FLAGS];
-        let ports = Ports {
-            len: 1,
-            ..Ports::default()
-        };
+        let ports = Ports { len: 1, ..Ports::default() };
         match stage {
             Alone::LocalFrame => self.local_frame(&ports, state, tap),
             Alone::Bump => self.bump(&ports, state, tap),

@@ -133,22 +133,10 @@ impl Tap for Record {
 
 /// What scenes may need.
 pub const NEEDS: [Needs; 4] = [
-    Needs {
-        bump: false,
-        rough: false,
-    },
-    Needs {
-        bump: true,
-        rough: false,
-    },
-    Needs {
-        bump: false,
-        rough: true,
-    },
-    Needs {
-        bump: true,
-        rough: true,
-    },
+    Needs { bump: false, rough: false },
+    Needs { bump: true, rough: false },
+    Needs { bump: false, rough: true },
+    Needs { bump: true, rough: true },
 ];
 
 /// A format near the default one, with any rounding and overflow.
@@ -159,11 +147,7 @@ fn any_format(rng: &mut Rng, reg: Reg, spread: i64, wild: bool) -> Format {
         u32::try_from(shifted.max(0)).expect("a few bits")
     };
     let (int, frac) = (near(rng, base.int), near(rng, base.frac));
-    let most = if reg.info().kind == Kind::Block {
-        31
-    } else {
-        58
-    };
+    let most = if reg.info().kind == Kind::Block { 31 } else { 58 };
     let frac = frac.min(most);
     Format {
         signed: base.signed ^ (wild && rng.one_in(16)),
@@ -204,11 +188,7 @@ pub fn any_config(rng: &mut Rng, spread: i64, wild: bool) -> Config {
     config.tables.eigen.order = rng.bits(0, 1);
     config.tables.eigen.frac = rng.bits(4, 28);
     config.placement = rng.pick(Placement::ALL);
-    config.max_probes = if rng.one_in(4) {
-        rng.pick(&[1, 2, 63, 64])
-    } else {
-        rng.bits(1, 64)
-    };
+    config.max_probes = if rng.one_in(4) { rng.pick(&[1, 2, 63, 64]) } else { rng.bits(1, 64) };
     config.count = rng.pick(Count::ALL);
     config.axis = rng.pick(Axis::ALL);
     config.weights = rng.pick(Weights::ALL);
@@ -218,15 +198,12 @@ pub fn any_config(rng: &mut Rng, spread: i64, wild: bool) -> Config {
     config.roughness_scale = rng.range(0, (16 << 20) - 1);
     if rng.one_in(2) {
         let one = 1 << 24;
-        config.rotation = Some([[0; 3]; 3].map(|row| {
-            row.map(|_: i64| {
-                if rng.one_in(3) {
-                    rng.pick(&[-one, 0, one])
-                } else {
-                    rng.range(-one, one)
-                }
-            })
-        }));
+        config.rotation =
+            Some([[0; 3]; 3].map(|row| {
+                row.map(|_: i64| {
+                    if rng.one_in(3) { rng.pick(&[-one, 0, one]) } else { rng.range(-one, one) }
+                })
+            }));
     }
     config.weight_bits = rng.bits(1, 8);
     config.lod_bits = rng.bits(1, 8);
@@ -261,11 +238,7 @@ pub fn any_word(rng: &mut Rng, wild: bool) -> u64 {
         // Exponents near 0: plain numbers.
         _ => {
             let exponent = 1023u64.wrapping_add_signed(rng.range(-9, 4));
-            let fraction = if rng.one_in(3) {
-                0
-            } else {
-                any & ((1 << 52) - 1)
-            };
+            let fraction = if rng.one_in(3) { 0 } else { any & ((1 << 52) - 1) };
             (any & (1 << 63)) | (exponent << 52) | fraction
         }
     }

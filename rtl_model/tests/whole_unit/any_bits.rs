@@ -25,10 +25,8 @@ fn any_texture(rng: &mut Rng, config: &Config, size: usize) -> Option<Texture> {
         }
         n /= 2;
     }
-    let sources: Vec<Source<'_>> = chain
-        .iter()
-        .map(|(size, words)| Source { size: *size, words })
-        .collect();
+    let sources: Vec<Source<'_>> =
+        chain.iter().map(|(size, words)| Source { size: *size, words }).collect();
     // Any neighbour will do here: borders are tested with the real one elsewhere.
     let across = |size: usize, face: usize, x: i64, y: i64| {
         let inside = |t: i64| usize::try_from(t.clamp(0, i64::try_from(size).ok()? - 1)).ok();
@@ -43,10 +41,7 @@ struct Run {
 }
 
 fn run<const N: usize>(unit: &Unit, texture: Option<&Texture>, words: &[Words]) -> Run {
-    let mut out = Run {
-        registers: Vec::new(),
-        results: Vec::new(),
-    };
+    let mut out = Run { registers: Vec::new(), results: Vec::new() };
     for chunk in words.chunks(N) {
         let mut record = Record::default();
         let mut ports = Ports::<N>::default();
@@ -78,11 +73,7 @@ fn sweep(seeds: std::ops::Range<u64>, spread: i64) -> (usize, usize) {
         let config = any_config(&mut rng, spread, wild);
         let needs = rng.pick(&NEEDS);
         let textured = rng.one_in(2);
-        let size = if textured {
-            1 << rng.bits(0, 4)
-        } else {
-            rng.bits(1, 16384)
-        };
+        let size = if textured { 1 << rng.bits(0, 4) } else { rng.bits(1, 16384) };
         let unit = match Unit::new(&config, needs, size) {
             Ok(unit) => unit,
             Err(error) => {
@@ -105,23 +96,14 @@ fn sweep(seeds: std::ops::Range<u64>, spread: i64) -> (usize, usize) {
 #[test]
 fn random_words_never_panic_in_units_near_the_default() {
     let (legal, _) = sweep(0..4000, 3);
-    assert!(
-        legal > 1000,
-        "{legal} legal units are too few to say anything"
-    );
+    assert!(legal > 1000, "{legal} legal units are too few to say anything");
 }
 
 #[test]
 fn random_words_never_panic_in_units_of_any_widths() {
     let (legal, refused) = sweep(1 << 32..(1 << 32) + 12000, 24);
-    assert!(
-        legal > 500,
-        "{legal} legal units are too few to say anything"
-    );
-    assert!(
-        refused > 100,
-        "{refused} refused units: the limits were not reached"
-    );
+    assert!(legal > 500, "{legal} legal units are too few to say anything");
+    assert!(refused > 100, "{refused} refused units: the limits were not reached");
 }
 
 /// Widens registers at random for as long as the unit stays legal: many limits touched at once.
@@ -185,10 +167,7 @@ fn one_and_thirty_two_lanes_give_the_same_registers_and_results() {
         let different = one.results.iter().any(|r| r != &one.results[0]);
         compared += usize::from(different);
     }
-    assert!(
-        compared > 50,
-        "{compared} units gave results that differ at all"
-    );
+    assert!(compared > 50, "{compared} units gave results that differ at all");
 }
 
 /// What every lane of the stages before `address` hands on.
@@ -243,8 +222,5 @@ fn narrow_products_and_half_even_rounding_in_lanes_give_the_bits_of_the_general_
         assert_eq!(general, lanes, "seed {seed}");
         units += 1;
     }
-    assert!(
-        units > 1000 && flagged > 1000,
-        "{units} units, {flagged} flags"
-    );
+    assert!(units > 1000 && flagged > 1000, "{units} units, {flagged} flags");
 }

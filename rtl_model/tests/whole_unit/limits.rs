@@ -40,59 +40,28 @@ fn a_rotation_beyond_one_is_refused() {
     for entry in [(1 << 24) + 1, -(1 << 24) - 1, i64::MAX, i64::MIN] {
         let mut rotation = [[0; 3]; 3];
         rotation[1][2] = entry;
-        let config = Config {
-            rotation: Some(rotation),
-            ..Config::default()
-        };
-        assert_eq!(
-            path(Unit::new(&config, ALL, 64)),
-            "transform.rotation",
-            "{entry}"
-        );
+        let config = Config { rotation: Some(rotation), ..Config::default() };
+        assert_eq!(path(Unit::new(&config, ALL, 64)), "transform.rotation", "{entry}");
     }
     let one = 1 << 24;
-    let config = Config {
-        rotation: Some([[one; 3], [-one; 3], [one, -one, one]]),
-        ..Config::default()
-    };
-    drive(
-        &Unit::new(&config, ALL, 64).expect("entries of 1 are legal"),
-        None,
-    );
+    let config =
+        Config { rotation: Some([[one; 3], [-one; 3], [one, -one, one]]), ..Config::default() };
+    drive(&Unit::new(&config, ALL, 64).expect("entries of 1 are legal"), None);
 }
 
 #[test]
 fn a_roughness_scale_beyond_its_word_is_refused() {
     for scale in [-1, 16 << 20, i64::MAX, i64::MIN] {
-        let config = Config {
-            roughness_scale: scale,
-            ..Config::default()
-        };
-        assert_eq!(
-            path(Unit::new(&config, ALL, 64)),
-            "roughness.scale",
-            "{scale}"
-        );
+        let config = Config { roughness_scale: scale, ..Config::default() };
+        assert_eq!(path(Unit::new(&config, ALL, 64)), "roughness.scale", "{scale}");
     }
-    let config = Config {
-        roughness_scale: (16 << 20) - 1,
-        ..Config::default()
-    };
-    drive(
-        &Unit::new(&config, ALL, 64).expect("just below 16 is legal"),
-        None,
-    );
+    let config = Config { roughness_scale: (16 << 20) - 1, ..Config::default() };
+    drive(&Unit::new(&config, ALL, 64).expect("just below 16 is legal"), None);
 }
 
 #[test]
 fn formats_of_absurd_widths_are_refused_and_never_wrap() {
-    for (int, frac) in [
-        (u32::MAX, 1),
-        (1, u32::MAX),
-        (u32::MAX, u32::MAX),
-        (59, 0),
-        (0, 0),
-    ] {
+    for (int, frac) in [(u32::MAX, 1), (1, u32::MAX), (u32::MAX, u32::MAX), (59, 0), (0, 0)] {
         for &reg in Reg::ALL {
             let mut config = Config::default();
             set(&mut config, reg, int, frac);
@@ -105,10 +74,7 @@ fn formats_of_absurd_widths_are_refused_and_never_wrap() {
 
 #[test]
 fn a_wide_e2_against_h_is_refused_where_the_frame_turns() {
-    let mut config = Config {
-        dnmod: Dnmod::Frame,
-        ..Config::default()
-    };
+    let mut config = Config { dnmod: Dnmod::Frame, ..Config::default() };
     set(&mut config, Reg::BumpB, 5, 1);
     set(&mut config, Reg::JacTurn, 9, 1);
     set(&mut config, Reg::JacDnPerp, 7, 1);
@@ -126,10 +92,7 @@ fn a_wide_e2_against_h_is_refused_where_the_frame_turns() {
 
 #[test]
 fn a_wide_integer_part_of_e1_counts_in_the_turning_frame() {
-    let mut config = Config {
-        dnmod: Dnmod::Frame,
-        ..Config::default()
-    };
+    let mut config = Config { dnmod: Dnmod::Frame, ..Config::default() };
     // |turn·e| < 2^(9 + 24) beside a common fraction of 22 + 22 bits: 77 bits and more.
     set(&mut config, Reg::BumpB, 5, 2);
     set(&mut config, Reg::FrameE1, 24, 22);
@@ -145,11 +108,7 @@ fn a_wide_integer_part_of_e1_counts_in_the_turning_frame() {
 fn footprint_of(config: &Config, lambda: [i64; 2], exp: i64) -> Option<[i64; 3]> {
     let cfg = footprint::Cfg::new(config, 1 << 14).ok()?;
     let roms = Roms::new(config).expect("tables");
-    let axes = eigen::Out::<1> {
-        lambda: lambda.map(|l| [l]),
-        exp: [exp],
-        axis: [[1 << 20], [0]],
-    };
+    let axes = eigen::Out::<1> { lambda: lambda.map(|l| [l]), exp: [exp], axis: [[1 << 20], [0]] };
     let mut out = footprint::Out::<1>::default();
     let mut record = Record::default();
     let mut flags = [rtl_model::fx::Flags::default()];
@@ -172,10 +131,7 @@ fn unlike_fractions_of_length_and_width_do_not_break_the_count() {
     ] {
         for exp in [-10, 0, 12, 30] {
             for minor in [1, 1 << 20, 1 << 27, 1 << 29] {
-                let mut config = Config {
-                    max_probes: 63,
-                    ..Config::default()
-                };
+                let mut config = Config { max_probes: 63, ..Config::default() };
                 set(&mut config, Reg::FootLength, length.0, length.1);
                 set(&mut config, Reg::FootWidth, width.0, width.1);
                 let lambda = [(1 << 30) - 1, minor];
@@ -202,32 +158,21 @@ fn unlike_fractions_of_length_and_width_do_not_break_the_count() {
 fn the_width_register_must_hold_one_texel() {
     let mut config = Config::default();
     set(&mut config, Reg::FootWidth, 0, 20);
-    assert_eq!(
-        path(Unit::new(&config, NEEDS[0], 64)),
-        "registers.footprint.width"
-    );
+    assert_eq!(path(Unit::new(&config, NEEDS[0], 64)), "registers.footprint.width");
 }
 
 #[test]
 fn a_wrapped_lambda_does_not_overflow_the_feline_line() {
     for exp in [0, -60, 60, 12, 21, 33, 36] {
-        let mut config = Config {
-            count: Count::Feline,
-            ..Config::default()
-        };
+        let mut config = Config { count: Count::Feline, ..Config::default() };
         set(&mut config, Reg::EigenLambda, 2, 37);
         config.formats[Reg::EigenLambda.index()].overflow = Overflow::Wrap;
         let cfg = footprint::Cfg::new(&config, 64);
-        let Ok(cfg) = cfg else {
-            panic!("the lambda register is legal: {cfg:?}")
-        };
+        let Ok(cfg) = cfg else { panic!("the lambda register is legal: {cfg:?}") };
         let roms = Roms::new(&config).expect("tables");
         for lambda in [-(1i64 << 39), -(1 << 39) + 1, -1, 0, (1 << 39) - 1] {
-            let axes = eigen::Out::<1> {
-                lambda: [[lambda], [0]],
-                exp: [exp],
-                axis: [[1 << 20], [0]],
-            };
+            let axes =
+                eigen::Out::<1> { lambda: [[lambda], [0]], exp: [exp], axis: [[1 << 20], [0]] };
             let mut out = footprint::Out::<1>::default();
             let mut flags = [rtl_model::fx::Flags::default()];
             let input = footprint::In { eigen: &axes };
@@ -239,12 +184,8 @@ fn a_wrapped_lambda_does_not_overflow_the_feline_line() {
 
 #[test]
 fn unlike_fractions_of_the_address_registers_are_refused_or_find_the_right_face() {
-    for (u, v) in [
-        ((43, 1), (2, 42)),
-        ((2, 42), (43, 1)),
-        ((22, 22), (9, 24)),
-        ((40, 4), (9, 24)),
-    ] {
+    for (u, v) in [((43, 1), (2, 42)), ((2, 42), (43, 1)), ((22, 22), (9, 24)), ((40, 4), (9, 24))]
+    {
         let mut config = Config::default();
         set(&mut config, Reg::AddrU, u.0, u.1);
         set(&mut config, Reg::AddrV, v.0, v.1);
@@ -254,26 +195,11 @@ fn unlike_fractions_of_the_address_registers_are_refused_or_find_the_right_face(
         };
         let roms = Roms::new(&config).expect("tables");
         // Far along +u from face +Z: the look-up ends on +X.
-        for step in [
-            1i64 << 26,
-            1 << 32,
-            (1 << 40) - 1,
-            (1 << 50) - 1,
-            0x2_2222_2200_0000,
-        ] {
-            let line = address::In {
-                face: 4,
-                center: [0, 0],
-                step: [step, 0],
-                step_frac: 20,
-                count: 2,
-            };
+        for step in [1i64 << 26, 1 << 32, (1 << 40) - 1, (1 << 50) - 1, 0x2_2222_2200_0000] {
+            let line =
+                address::In { face: 4, center: [0, 0], step: [step, 0], step_frac: 20, count: 2 };
             let mut flags = rtl_model::fx::Flags::default();
-            let mut sink = Sink {
-                lane: 0,
-                flags: &mut flags,
-                tap: &mut NoTap,
-            };
+            let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
             let Probe { face, uv } = address::address(&cfg, &roms, &line, 1, &mut sink);
             assert_eq!(face, 0, "{u:?} {v:?} step {step}");
             assert!(uv[0] <= 0 && uv[1] == 0, "{uv:?}");
@@ -284,26 +210,14 @@ fn unlike_fractions_of_the_address_registers_are_refused_or_find_the_right_face(
 /// A texture of one value everywhere.
 fn constant(config: &Config, word: u32) -> Texture {
     let words = [[word; 3]; 24];
-    let sources = [
-        Source {
-            size: 2,
-            words: &words,
-        },
-        Source {
-            size: 1,
-            words: &words[..6],
-        },
-    ];
+    let sources = [Source { size: 2, words: &words }, Source { size: 1, words: &words[..6] }];
     Texture::new(config, &sources, &|_, f, _, _| Some((f, 0, 0))).expect("legal texels")
 }
 
 #[test]
 fn wrapped_negative_bilinear_sums_are_divided_without_a_panic() {
     for count in 1..=64 {
-        let mut config = Config {
-            max_probes: 64,
-            ..Config::default()
-        };
+        let mut config = Config { max_probes: 64, ..Config::default() };
         config.formats[Reg::FilterBilinear.index()] = Format {
             signed: true,
             int: 4,
@@ -330,21 +244,11 @@ fn filtered(config: &Config, texture: &Texture, count: i64) -> [i64; 3] {
     let address_cfg = address::Cfg::new(config).expect("legal addresses");
     let roms = Roms::new(config).expect("tables");
     let input = filter::In {
-        line: address::In {
-            face: 4,
-            center: [0, 0],
-            step: [0, 0],
-            step_frac: 24,
-            count,
-        },
+        line: address::In { face: 4, center: [0, 0], step: [0, 0], step_frac: 24, count },
         lod: 77,
     };
     let mut flags = rtl_model::fx::Flags::default();
-    let mut sink = Sink {
-        lane: 0,
-        flags: &mut flags,
-        tap: &mut NoTap,
-    };
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
     filter::filter(&cfg, &address_cfg, &roms, texture, &input, &mut sink).color
 }
 
@@ -354,39 +258,9 @@ fn textures_without_levels_or_texels_are_refused() {
     let words = [[0u32; 3]; 6];
     let across = |_: usize, f: usize, _: i64, _: i64| Some((f, 0, 0));
     assert!(Texture::new(&config, &[], &across).is_err());
-    assert!(
-        Texture::new(
-            &config,
-            &[Source {
-                size: 0,
-                words: &[]
-            }],
-            &across
-        )
-        .is_err()
-    );
-    assert!(
-        Texture::new(
-            &config,
-            &[Source {
-                size: 1,
-                words: &words[..5]
-            }],
-            &across
-        )
-        .is_err()
-    );
-    assert!(
-        Texture::new(
-            &config,
-            &[Source {
-                size: 1,
-                words: &words
-            }],
-            &across
-        )
-        .is_ok()
-    );
+    assert!(Texture::new(&config, &[Source { size: 0, words: &[] }], &across).is_err());
+    assert!(Texture::new(&config, &[Source { size: 1, words: &words[..5] }], &across).is_err());
+    assert!(Texture::new(&config, &[Source { size: 1, words: &words }], &across).is_ok());
 }
 
 #[test]
@@ -401,12 +275,7 @@ fn every_register_at_its_widest_legal_size_survives_any_words() {
             ] {
                 let mut widest = None;
                 for extra in 1..58 {
-                    let mut config = Config {
-                        dnmod,
-                        count,
-                        axis,
-                        ..Config::default()
-                    };
+                    let mut config = Config { dnmod, count, axis, ..Config::default() };
                     let format = &mut config.formats[reg.index()];
                     if grow_int {
                         format.int += extra;

@@ -48,12 +48,7 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
     if !longer {
         let half = real(0.5);
         s.fixed(Reg::EigenSq, 0, half * (a + c + root), zero());
-        s.fixed(
-            Reg::EigenSq,
-            1,
-            larger(half * (a + c - root), zero()),
-            zero(),
-        );
+        s.fixed(Reg::EigenSq, 1, larger(half * (a + c - root), zero()), zero());
     }
     for k in 0..2 {
         let (exact, slack) = if k == 1 && s.config.minor == Minor::Det && !longer {
@@ -81,11 +76,7 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
 fn direction(alpha: f64, is_first: bool) -> [f64; 2] {
     let (sin, cos) = (libm::sin(alpha), libm::cos(alpha));
     let [x, y] = if is_first { [cos, -sin] } else { [sin, cos] };
-    if x < 0.0 || (x == 0.0 && y < 0.0) {
-        [-x, -y]
-    } else {
-        [x, y]
-    }
+    if x < 0.0 || (x == 0.0 && y < 0.0) { [-x, -y] } else { [x, y] }
 }
 
 /// Notes the axis against the nearest of some directions, each known to `slack`.
@@ -93,15 +84,9 @@ fn nearest(s: &mut Sheet<'_>, candidates: &[[f64; 2]], slack: f64) {
     let held = [0, 1].map(|i| s.value(Reg::EigenAxis, i).to_f64());
     let distance = |d: &[f64; 2]| (d[0] - held[0]).abs().max((d[1] - held[1]).abs());
     // At (0, ±1) both signs are right.
-    let turned = candidates
-        .iter()
-        .filter(|d| d[0].abs() <= slack)
-        .map(|d| [-d[0], -d[1]]);
-    let best = candidates
-        .iter()
-        .copied()
-        .chain(turned)
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let turned = candidates.iter().filter(|d| d[0].abs() <= slack).map(|d| [-d[0], -d[1]]);
+    let best =
+        candidates.iter().copied().chain(turned).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     if let Some(best) = best {
         for (i, x) in best.into_iter().enumerate() {
             s.fixed(Reg::EigenAxis, i, real(x), real(slack));
@@ -124,28 +109,16 @@ fn table_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
     let n = f64::from(spec.entries);
     let step = std::f64::consts::PI / n;
     let ratio = (two_b.abs() / larger(diff.abs(), Wide::code(1, 4000))).to_f64();
-    let angle = if diff.is_zero() {
-        std::f64::consts::FRAC_PI_2
-    } else {
-        libm::atan(ratio)
-    };
+    let angle = if diff.is_zero() { std::f64::consts::FRAC_PI_2 } else { libm::atan(ratio) };
     let centred = s.config.placement == Placement::Centres;
     // 2α in steps: the entry's number, from a boundary that is one or half a step above 0.
     let place = angle / step + if centred { 0.0 } else { 0.5 };
     // Boundary constants are off by 2^−29 each, doubles by less.
     let fuzz = 4.0 * power(28) / step;
     let entry = |bin: f64| if centred { bin + 0.5 } else { bin };
-    let last = if centred {
-        (n / 2.0).ceil() - 1.0
-    } else {
-        (n / 2.0).floor()
-    };
+    let last = if centred { (n / 2.0).ceil() - 1.0 } else { (n / 2.0).floor() };
     let negative = (two_b < zero()) != (diff < zero());
-    let sign = if two_b.is_zero() || !negative {
-        1.0
-    } else {
-        -1.0
-    };
+    let sign = if two_b.is_zero() || !negative { 1.0 } else { -1.0 };
     let mut candidates = Vec::new();
     for bin in [(place - fuzz).floor(), (place + fuzz).floor()] {
         let alpha = sign * entry(bin.clamp(0.0, last)) * step / 2.0;
@@ -167,11 +140,7 @@ fn interpolated_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
     // K may lie far outside of the doubles.
     let size = two_b.abs() + diff.abs();
     let alpha = libm::atan2((two_b / size).to_f64(), (diff / size).to_f64());
-    let alpha = if diff < zero() {
-        alpha - std::f64::consts::PI
-    } else {
-        alpha
-    } / 2.0;
+    let alpha = if diff < zero() { alpha - std::f64::consts::PI } else { alpha } / 2.0;
     let step = std::f64::consts::FRAC_PI_2 / f64::from(s.config.tables.eigen.entries);
     // Chord against arc: h²/8. Linear in tan 2α over a step of 2h instead of in α: (2h)³/(9√3)·sec² of the step, at
     // most h³ for h ≤ 45°, of a component's slope of 1. The fraction of the way: the reciprocal's error and 30 bits.
@@ -188,11 +157,7 @@ fn exact_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide, root: Wide) {
         return;
     }
     let p = diff.abs() + root;
-    let [x, y] = if diff < zero() {
-        [p, two_b]
-    } else {
-        [two_b, p]
-    };
+    let [x, y] = if diff < zero() { [p, two_b] } else { [two_b, p] };
     let length = (x * x + y * y).sqrt();
     let unit = [(x / length).to_f64(), (y / length).to_f64()];
     let unit = if unit[0] < 0.0 || (unit[0] == 0.0 && unit[1] < 0.0) {
@@ -206,11 +171,7 @@ fn exact_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide, root: Wide) {
 
 /// M, m, LOD, count, the line and its step.
 pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: bool) {
-    let sizes = if planar {
-        [size, (size / 2).max(1)]
-    } else {
-        [size; 2]
-    };
+    let sizes = if planar { [size, (size / 2).max(1)] } else { [size; 2] };
     let unit = if planar { planar_unit(sizes) } else { size };
     // λ is in u, v of a cube and in texels of a texture.
     let half = if planar { 1.0 } else { f64::from(size) / 2.0 };
@@ -235,12 +196,7 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     );
     let inside = |x: Wide| s.is_inside(Reg::FootWidth, 0, x);
     if saturates || (inside(minor * real(half)) && inside(capped)) {
-        s.fixed(
-            Reg::FootWidth,
-            0,
-            exact,
-            Sheet::share(capped, 2.0 * f64::EPSILON),
-        );
+        s.fixed(Reg::FootWidth, 0, exact, Sheet::share(capped, 2.0 * f64::EPSILON));
     }
     let width = s.value(Reg::FootWidth, 0);
     if width.to_f64() > 0.0 {
@@ -251,11 +207,7 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     }
     let Some(count) = case.count() else { return };
     if case.input("count", 0).is_none() && length.to_f64() >= 0.0 && width.to_f64() > 0.0 {
-        s.choice(
-            "count",
-            count,
-            counted(config.count, config.max_probes, length, width),
-        );
+        s.choice("count", count, counted(config.count, config.max_probes, length, width));
     }
     let axis = [0, 1].map(|k| s.value(Reg::EigenAxis, k));
     let feline = config.count == Count::Feline;
@@ -279,18 +231,9 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
         let parts = if feline { 2 * (count - 1) } else { 2 * count };
         let ratio = f64::from(unit) / f64::from(sizes[k].max(1));
         let over = (f64::from(unit - 1) / f64::from(sizes[k].max(1))).floor();
-        let bits = 28.0
-            - if over >= 1.0 {
-                libm::log2(over).floor() + 1.0
-            } else {
-                0.0
-            };
+        let bits = 28.0 - if over >= 1.0 { libm::log2(over).floor() + 1.0 } else { 0.0 };
         #[expect(clippy::cast_precision_loss, reason = "at most 128 parts")]
-        let exact = if parts > 0 {
-            nominal * real(ratio) / real(parts as f64)
-        } else {
-            zero()
-        };
+        let exact = if parts > 0 { nominal * real(ratio) / real(parts as f64) } else { zero() };
         // The quotient's table has `bits` fraction bits.
         let slack = nominal.abs() * real(libm::exp2(-bits - 1.0));
         s.fixed(Reg::FootStep, k, exact, slack);
@@ -312,11 +255,7 @@ fn counted(rule: Count, max: u32, length: Wide, width: Wide) -> i64 {
     let plain = (1..max).find(|n| !beyond(*n)).unwrap_or(max);
     if rule == Count::Pow2 {
         let most = 1i64 << max.max(1).ilog2();
-        plain
-            .unsigned_abs()
-            .next_power_of_two()
-            .cast_signed()
-            .min(most)
+        plain.unsigned_abs().next_power_of_two().cast_signed().min(most)
     } else {
         plain
     }

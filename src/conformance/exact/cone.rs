@@ -16,11 +16,7 @@ fn step(case: &Case<'_>) -> Option<Step> {
     Some(match case.input("operation", 0)? {
         0 => Step::Propagate(operand(0)?),
         1 => Step::Reflect(operand(0)?),
-        2 => Step::Refract {
-            curvature: operand(0)?,
-            outside: operand(1)?,
-            inside: operand(2)?,
-        },
+        2 => Step::Refract { curvature: operand(0)?, outside: operand(1)?, inside: operand(2)? },
         _ => Step::Scatter(operand(0)?),
     })
 }
@@ -46,13 +42,7 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
     };
     // The reference's own error.
     let slack = 1e-15 * (want / lsb).abs();
-    sheet.number(
-        name,
-        code,
-        want / lsb,
-        ((held - want) / lsb).abs(),
-        own + slack,
-    );
+    sheet.number(name, code, want / lsb, ((held - want) / lsb).abs(), own + slack);
 }
 
 /// The stage.
@@ -66,10 +56,7 @@ pub(super) fn ray_cone(sheet: &mut Sheet<'_>, case: &Case<'_>) {
     else {
         return;
     };
-    let cone = Cone {
-        angle: Angle(angle),
-        width: Width(width),
-    };
+    let cone = Cone { angle: Angle(angle), width: Width(width) };
     let (rules, diffuse) = (sheet.config.cone.rules, sheet.config.cone.set_diffuse);
     let exact = exact_cone(cone, step, rules, diffuse);
     if let (Some(angle), Some(width)) = (case.output("angle"), case.output("width")) {

@@ -19,17 +19,9 @@ fn level(s: &Sheet<'_>, last: usize) -> Option<(usize, i64)> {
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
     let down = frac - i64::from(s.config.lod_bits);
-    let weight = if down > 0 {
-        (part + (1 << (down - 1))) >> down
-    } else {
-        part << -down
-    };
+    let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
     let whole = usize::try_from(whole).ok()?;
-    Some(if whole >= last {
-        (last, 0)
-    } else {
-        (whole, weight)
-    })
+    Some(if whole >= last { (last, 0) } else { (whole, weight) })
 }
 
 /// Face, coordinates and their slack of a probe.
@@ -43,11 +35,7 @@ struct Probe {
 fn on_cube(s: &Sheet<'_>, face: usize, uv: [Wide; 2]) -> Probe {
     let inside = uv.iter().all(|x| x.abs() <= real(1.0));
     if inside {
-        return Probe {
-            face,
-            uv,
-            slack: zero(),
-        };
+        return Probe { face, uv, slack: zero() };
     }
     // At most 44 bits: exact in doubles, also the comparison of magnitudes.
     let d = direction(face, uv[0].to_f64(), uv[1].to_f64());
@@ -56,19 +44,11 @@ fn on_cube(s: &Sheet<'_>, face: usize, uv: [Wide; 2]) -> Probe {
     let over = real(1.0) / real(d[ma].abs());
     let uv = [real(sign_s * d[sc]) * over, real(sign_t * d[tc]) * over];
     // The table, a product cut to 30 bits, and the rounding to u's and v's own fraction.
-    let frac = s
-        .config
-        .format(Reg::AddrU)
-        .frac
-        .min(s.config.format(Reg::AddrV).frac);
+    let frac = s.config.format(Reg::AddrU).frac.min(s.config.format(Reg::AddrV).frac);
     let slack = s.tables.recip
         + libm::ldexp(1.0, -29)
         + libm::ldexp(1.0, -i32::try_from(frac).unwrap_or(0));
-    Probe {
-        face: found,
-        uv,
-        slack: real(slack),
-    }
+    Probe { face: found, uv, slack: real(slack) }
 }
 
 /// A coordinate of a 2-D texture beyond −1 … 1, brought back. At most 44 bits: exact in doubles.
@@ -94,11 +74,7 @@ fn centre(s: &Sheet<'_>, axis: usize, planar: bool) -> Wide {
     let st = s.value([Reg::SurfS, Reg::SurfT][axis], 0).to_f64();
     let x = 2.0 * st - 1.0;
     let wrap = s.config.tex.wrap[axis];
-    real(if wrap == Wrap::Repeat {
-        wrapped(x, wrap)
-    } else {
-        x
-    })
+    real(if wrap == Wrap::Repeat { wrapped(x, wrap) } else { x })
 }
 
 /// Sizes of a level.
@@ -122,23 +98,12 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
         let mut uv = [zero(); 2];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
             let x = centre(s, i, planar) + along * s.value(Reg::FootStep, i);
-            let x = if planar {
-                real(wrapped(x.to_f64(), s.config.tex.wrap[i]))
-            } else {
-                x
-            };
+            let x = if planar { real(wrapped(x.to_f64(), s.config.tex.wrap[i])) } else { x };
             s.fixed(reg, index, x, zero());
             uv[i] = s.value(reg, index);
         }
-        let probe = if planar {
-            Probe {
-                face: 0,
-                uv,
-                slack: zero(),
-            }
-        } else {
-            on_cube(s, face, uv)
-        };
+        let probe =
+            if planar { Probe { face: 0, uv, slack: zero() } } else { on_cube(s, face, uv) };
         for l in 0..=usize::from(weight != 0) {
             let sizes = level_size(size, planar, first + l);
             for (i, size) in sizes.into_iter().enumerate() {
@@ -152,20 +117,13 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
 
 /// Weight of the second texel and the first texel's number plus one, from a texel coordinate's code.
 fn cell(s: &Sheet<'_>, component: usize, size: f64) -> Option<(usize, i64)> {
-    let code = s
-        .codes(Reg::AddrS)
-        .get(component)
-        .filter(|c| c.is_written())?;
+    let code = s.codes(Reg::AddrS).get(component).filter(|c| c.is_written())?;
     let frac = code.frac.clamp(0, 60);
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
     let bits = i64::from(s.config.weight_bits);
     let down = frac - bits;
-    let weight = if down > 0 {
-        (part + (1 << (down - 1))) >> down
-    } else {
-        part << -down
-    };
+    let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
     #[expect(clippy::cast_possible_truncation, reason = "a face's size")]
     let most = size as i64 - 1;
     let clamped = whole.clamp(-1, most);
@@ -253,10 +211,7 @@ fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
         Weights::Box => (vec![1; probes], count.max(1)),
         Weights::Gaussian => {
             let n = u32::try_from(count.max(1)).unwrap_or(1);
-            (
-                weights(n, config.probe_weight_bits, feline),
-                1 << config.probe_weight_bits,
-            )
+            (weights(n, config.probe_weight_bits, feline), 1 << config.probe_weight_bits)
         }
     };
     let next = Wide::code(weight, i64::from(config.lod_bits));

@@ -27,12 +27,7 @@ pub(super) fn local_frame(s: &mut Sheet<'_>) {
     let (length, slack) = s.sqrt(dot(n, n));
     s.fixed(Reg::FrameLength, 0, length, slack);
     let inv = s.value(Reg::FrameInvLength, 0);
-    s.block(
-        Reg::FrameScale,
-        0,
-        &[s.value(Reg::FrameLength, 0) * inv],
-        zero(),
-    );
+    s.block(Reg::FrameScale, 0, &[s.value(Reg::FrameLength, 0) * inv], zero());
     let e1 = scale(s.value(Reg::FrameScale, 0), c);
     let n_cross = cross(n, c);
     let e2 = scale(inv, s.vector(Reg::FrameNCross, 0));
@@ -86,11 +81,7 @@ fn looked_up(s: &Sheet<'_>, reg: Reg) -> [i64; 3] {
 
 /// Face, 1/|ma|, u = sc/|ma|, v = tc/|ma|.
 pub(super) fn cube_face(s: &mut Sheet<'_>, case: &Case<'_>) {
-    let mut reg = if s.has(Reg::HitTo, 0) {
-        Reg::HitTo
-    } else {
-        Reg::ReflectVr
-    };
+    let mut reg = if s.has(Reg::HitTo, 0) { Reg::HitTo } else { Reg::ReflectVr };
     if let Some(a) = rotation(s) {
         let d = s.vector(reg, 0);
         s.block(Reg::FaceRotated, 0, &a.map(|row| dot(row, d)), zero());

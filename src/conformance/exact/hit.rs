@@ -18,9 +18,7 @@ use crate::reference::wide::Wide;
 
 /// How the search ended, as the device says.
 fn status(case: &Case<'_>) -> Option<HitStatus> {
-    let number = case
-        .output("status")
-        .or_else(|| case.output("hit.status"))?;
+    let number = case.output("status").or_else(|| case.output("hit.status"))?;
     HitStatus::ALL.get(usize::try_from(number).ok()?).copied()
 }
 
@@ -33,11 +31,7 @@ fn look_up(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], memory: &DistanceMemor
     let Kind::Cube { size, codes } = &memory.kind else {
         return;
     };
-    let raw = [0, 1, 2].map(|i| {
-        s.codes(Reg::HitLookUp)
-            .get(3 * index + i)
-            .map_or(0, |c| c.raw)
-    });
+    let raw = [0, 1, 2].map(|i| s.codes(Reg::HitLookUp).get(3 * index + i).map_or(0, |c| c.raw));
     let face = rtl_model::stages::cube_face::select(raw);
     let [sc, tc, ma] = components(face, raw.map(|x| Wide::code(x, own)));
     let n = real(f64::from(u32::try_from(*size).unwrap_or(1)));
@@ -133,19 +127,11 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     let p = s.value(Reg::HitRatio, 0);
     if s.has(Reg::HitD, 0) {
         let stopped = matches!(status, HitStatus::AtSurface | HitStatus::Outside);
-        let first = if stopped {
-            zero()
-        } else {
-            far * (real(1.0) - p)
-        };
+        let first = if stopped { zero() } else { far * (real(1.0) - p) };
         s.fixed(Reg::HitD, 0, first, zero());
     }
     point(s, 0, x, r);
-    let mut bracket = Bracket {
-        under: (zero(), p),
-        over: None,
-        side: 0,
-    };
+    let mut bracket = Bracket { under: (zero(), p), over: None, side: 0 };
     for k in 0..usize::try_from(s.config.hit.iterations).unwrap_or(0) {
         if !s.has(Reg::HitLength, k + 1) {
             break;
@@ -201,11 +187,7 @@ fn point(s: &mut Sheet<'_>, index: usize, x: [Wide; 3], r: [Wide; 3]) {
 fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     let one = real(1.0);
     let (d, f) = (s.value(Reg::HitD, k), s.value(Reg::HitRatio, k + 1));
-    let tau = s
-        .config
-        .hit
-        .tolerance_bits
-        .map_or(zero(), |bits| Wide::code(1, bits.into()));
+    let tau = s.config.hit.tolerance_bits.map_or(zero(), |bits| Wide::code(1, bits.into()));
     let side = if f > one + tau {
         1
     } else if f < one - tau {
@@ -248,10 +230,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
         _ => exact,
     };
     let word = |reg: Reg| {
-        libm::ldexp(
-            1.0,
-            1 - i32::try_from(s.config.format(reg).magnitude_bits()).unwrap_or(0),
-        )
+        libm::ldexp(1.0, 1 - i32::try_from(s.config.format(reg).magnitude_bits()).unwrap_or(0))
     };
     let share =
         (1.0 + s.tables.recip) * (1.0 + word(Reg::HitInvSpan)) * (1.0 + word(Reg::HitQuotient))
@@ -304,16 +283,13 @@ fn width(s: &Sheet<'_>, case: &Case<'_>, escaped: bool, memory: &DistanceMemory)
         return Some(zero());
     }
     let words = |name: &str, n: usize| -> Option<Vec<u64>> {
-        (0..n)
-            .map(|c| case.input(name, c).map(i64::cast_unsigned))
-            .collect()
+        (0..n).map(|c| case.input(name, c).map(i64::cast_unsigned)).collect()
     };
     let (x, r, cone) = (words("x", 3)?, words("r", 3)?, words("cone", 2)?);
     let cfg = Cfg::new(s.config);
     let ray = x.iter().chain(&r).chain(&cone);
-    let mut dither = cfg.dither(ray.fold(0, |sum, word| {
-        (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-    }));
+    let mut dither =
+        cfg.dither(ray.fold(0, |sum, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let mut flags = Flags::default();
     let cone = cfg.load([cone[0], cone[1]], &mut dither, &mut flags);
     let value = if escaped {

@@ -47,11 +47,7 @@ fn project(
     let [sc, tc, ma] = components(face, s.vector(derivative, 3 * column));
     for (row, (side, at)) in [(sc, Reg::FaceU), (tc, Reg::FaceV)].into_iter().enumerate() {
         let c = 2 * row + column;
-        let exact = if zero_direction {
-            zero()
-        } else {
-            side - s.value(at, 0) * ma
-        };
+        let exact = if zero_direction { zero() } else { side - s.value(at, 0) * ma };
         s.fixed(numerator, c, exact, zero());
         let quotient_exact = s.value(numerator, c) * s.value(Reg::FaceInvMa, 0);
         s.fixed(quotient, c, quotient_exact, zero());
@@ -84,12 +80,7 @@ fn normal(s: &mut Sheet<'_>) {
     let mut perp = [[zero(); 3]; 2];
     for (col, dn) in dn.into_iter().enumerate() {
         s.fixed(Reg::JacNIdotDn, col, dot(n, dn), zero());
-        s.fixed(
-            Reg::JacAlong,
-            col,
-            s.value(Reg::JacNIdotDn, col) * inv,
-            zero(),
-        );
+        s.fixed(Reg::JacAlong, col, s.value(Reg::JacNIdotDn, col) * inv, zero());
         let exact = subtract(dn, scale(s.value(Reg::JacAlong, col), n));
         for (i, x) in exact.into_iter().enumerate() {
             s.fixed(Reg::JacDnPerp, 3 * col + i, x, zero());
@@ -113,12 +104,7 @@ fn normal(s: &mut Sheet<'_>) {
                 s.fixed(Reg::JacTilt, c, s.value(Reg::JacPerpDotE, c) * inv, zero());
                 *tilt = s.value(Reg::JacTilt, c);
             }
-            s.fixed(
-                Reg::JacTurn,
-                1 + col,
-                tilt[0] * s.value(Reg::JacTurn, 0),
-                zero(),
-            );
+            s.fixed(Reg::JacTurn, 1 + col, tilt[0] * s.value(Reg::JacTurn, 0), zero());
             let turn = s.value(Reg::JacTurn, 1 + col);
             for k in 0..2 {
                 let around = scale(if k == 0 { turn } else { -turn }, e[1 - k]);
@@ -152,10 +138,7 @@ pub(super) fn jacobian(s: &mut Sheet<'_>, case: &Case<'_>) {
         let [n_dv, v_dn, n_dn] =
             [Reg::JacNdotDv, Reg::JacVdotDn, Reg::JacNdotDn].map(|reg| s.value(reg, col));
         let by_v = subtract(scale(two * n_dv, n), scale(nn, dv));
-        let by_n = subtract(
-            add(scale(two * nv, dn), scale(two * v_dn, n)),
-            scale(two * n_dn, v),
-        );
+        let by_n = subtract(add(scale(two * nv, dn), scale(two * v_dn, n)), scale(two * n_dn, v));
         derivative(s, Reg::JacDvr, 3 * col, add(by_v, by_n));
         project_d(s, case, col);
     }
@@ -166,17 +149,9 @@ pub(super) fn roughness(s: &mut Sheet<'_>, case: &Case<'_>) {
     if !s.has(Reg::RoughScaled, 0) {
         return;
     }
-    let scale_by = Wide::code(
-        s.config.roughness_scale,
-        i64::from(rtl_model::config::SCALE_FRAC),
-    );
+    let scale_by = Wide::code(s.config.roughness_scale, i64::from(rtl_model::config::SCALE_FRAC));
     for i in 0..3 {
-        s.fixed(
-            Reg::RoughScaled,
-            i,
-            scale_by * s.value(Reg::RoughD, i),
-            zero(),
-        );
+        s.fixed(Reg::RoughScaled, i, scale_by * s.value(Reg::RoughD, i), zero());
     }
     let (v, n) = (s.vector(Reg::ReflectV, 0), s.vector(Reg::ReflectN, 0));
     let nv = s.value(Reg::ReflectNdotV, 0);
@@ -187,27 +162,12 @@ pub(super) fn roughness(s: &mut Sheet<'_>, case: &Case<'_>) {
         s.fixed(Reg::RoughNdotE, col, dot(n, e), zero());
         let [v_e, n_e] = [Reg::RoughVdotE, Reg::RoughNdotE].map(|reg| s.value(reg, col));
         let sum = add(scale(two * nv, e), scale(two * v_e, n));
-        derivative(
-            s,
-            Reg::RoughDvr,
-            3 * col,
-            subtract(sum, scale(two * n_e, v)),
-        );
-        project(
-            s,
-            case,
-            col,
-            [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE],
-        );
+        derivative(s, Reg::RoughDvr, 3 * col, subtract(sum, scale(two * n_e, v)));
+        project(s, case, col, [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE]);
     }
     let e = |k: usize| s.value(Reg::RoughE, k);
     let d = [0, 1, 2].map(|k| s.value(Reg::RoughScaled, k));
-    let exact = [
-        e(0) * d[0],
-        e(0) * d[1] + e(1) * d[2],
-        e(2) * d[0],
-        e(2) * d[1] + e(3) * d[2],
-    ];
+    let exact = [e(0) * d[0], e(0) * d[1] + e(1) * d[2], e(2) * d[0], e(2) * d[1] + e(3) * d[2]];
     for (c, x) in exact.into_iter().enumerate() {
         s.fixed(Reg::RoughB, c, x, zero());
     }

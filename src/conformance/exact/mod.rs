@@ -53,9 +53,7 @@ impl Case<'_> {
     /// An output that is no register.
     #[must_use]
     pub fn output(&self, name: &str) -> Option<i64> {
-        self.shape
-            .output_at(name)
-            .and_then(|at| self.output.get(at).copied())
+        self.shape.output_at(name).and_then(|at| self.output.get(at).copied())
     }
 
     /// A number of an input field.
@@ -78,8 +76,7 @@ impl Case<'_> {
             .output("face")
             .or_else(|| self.output("cube_face.face"))
             .or_else(|| self.input("face", 0));
-        face.and_then(|f| usize::try_from(f).ok())
-            .filter(|f| *f < 6)
+        face.and_then(|f| usize::try_from(f).ok()).filter(|f| *f < 6)
     }
 
     /// The probe count.
@@ -97,12 +94,7 @@ impl Judge {
     pub fn new(config: &Config, subject: Subject, build: Build) -> Self {
         let searches = matches!(subject, Subject::Hit | Subject::Stage(Stage::Hit));
         let distances = searches.then(|| hit_memory(config, &memory::room(build.size)).ok());
-        Self {
-            subject,
-            build,
-            map: memory::cube(build.size),
-            distances: distances.flatten(),
-        }
+        Self { subject, build, map: memory::cube(build.size), distances: distances.flatten() }
     }
 
     /// What every rule found, in pipeline order.

@@ -88,9 +88,7 @@ impl<'a> Sheet<'a> {
     /// Whether a component was written.
     #[must_use]
     pub fn has(&self, reg: Reg, component: usize) -> bool {
-        self.codes(reg)
-            .get(component)
-            .is_some_and(|c| c.is_written())
+        self.codes(reg).get(component).is_some_and(|c| c.is_written())
     }
 
     /// The value of a component; 0 where nothing was written.
@@ -174,10 +172,7 @@ impl<'a> Sheet<'a> {
         let observed = Wide::code(code.raw, 0);
         let mut error = (observed - x).abs().to_f64();
         let format = self.config.format(reg);
-        let (low, high) = (
-            Wide::code(format.min_raw(), 0),
-            Wide::code(format.max_raw(), 0),
-        );
+        let (low, high) = (Wide::code(format.min_raw(), 0), Wide::code(format.max_raw(), 0));
         let edge = real(bound);
         // Near an end of the range both sides are right.
         if x > high - edge || x < low + edge {
@@ -226,11 +221,7 @@ impl<'a> Sheet<'a> {
         if codes.iter().any(|c| !c.is_written()) {
             return;
         }
-        let most = codes
-            .iter()
-            .map(|c| c.raw.unsigned_abs())
-            .max()
-            .unwrap_or(0);
+        let most = codes.iter().map(|c| c.raw.unsigned_abs()).max().unwrap_or(0);
         let is_normal = most >= 1 << (width - 1) && most < 1 << width;
         self.mantissas(reg, first, exact, slack, is_normal);
     }
@@ -242,11 +233,7 @@ impl<'a> Sheet<'a> {
             return;
         };
         let top = |x: f64| {
-            if x == 0.0 {
-                i64::MIN
-            } else {
-                i64::from(libm::ilogb(x))
-            }
+            if x == 0.0 { i64::MIN } else { i64::from(libm::ilogb(x)) }
         };
         let most = |v: [f64; 3]| v.into_iter().map(f64::abs).fold(0.0, f64::max);
         let held = most([a, b, c].map(|c| Wide::code(c.raw, c.frac).to_f64()));
@@ -287,19 +274,11 @@ impl<'a> Sheet<'a> {
             };
             let x = exact.times_power(code.frac);
             // What rounds up to the next power of two stays at the largest code.
-            let own = if code.raw.abs() == end {
-                1.0
-            } else {
-                self.rounding(reg)
-            };
+            let own = if code.raw.abs() == end { 1.0 } else { self.rounding(reg) };
             let bound = own + slack.times_power(code.frac).to_f64() + OWN;
             let error = (Wide::code(code.raw, 0) - x).abs().to_f64();
             let all_zero = largest(codes, first, exact_len) == 0;
-            let error = if is_normal || (all_zero && x.is_zero()) {
-                error
-            } else {
-                f64::INFINITY
-            };
+            let error = if is_normal || (all_zero && x.is_zero()) { error } else { f64::INFINITY };
             self.note(reg, first + c, code.raw, x.to_f64(), error, bound);
         }
     }

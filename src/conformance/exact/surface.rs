@@ -15,11 +15,7 @@ use crate::reference::wide::Wide;
 /// Mantissas of a block as a vector whose largest component lies in [1, 2).
 fn nominal(s: &Sheet<'_>, reg: Reg) -> [Wide; 3] {
     let width = i64::from(s.config.format(reg).magnitude_bits());
-    [0, 1, 2].map(|i| {
-        s.codes(reg)
-            .get(i)
-            .map_or(zero(), |c| Wide::code(c.raw, width - 1))
-    })
+    [0, 1, 2].map(|i| s.codes(reg).get(i).map_or(zero(), |c| Wide::code(c.raw, width - 1)))
 }
 
 /// The cone's width, signed.
@@ -32,12 +28,8 @@ fn width(s: &Sheet<'_>, case: &Case<'_>) -> Option<Wide> {
 
 /// |⟨D,N⟩| as it divides, dPdx and dPdy.
 fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
-    for (k, (port, to)) in [
-        (Reg::SurfDirection, Reg::SurfD),
-        (Reg::SurfNormal, Reg::SurfN),
-    ]
-    .into_iter()
-    .enumerate()
+    for (k, (port, to)) in
+        [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)].into_iter().enumerate()
     {
         let v = nominal(s, port);
         let all_zero = v.iter().all(|x| x.is_zero());
@@ -47,12 +39,7 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
                 - i64::from(s.config.format(port).magnitude_bits())
                 + 1;
             let (inv, slack) = s.rsqrt(dot(v, v));
-            s.block(
-                Reg::SurfInvLength,
-                k,
-                &[inv.times_power(shift)],
-                slack.times_power(shift),
-            );
+            s.block(Reg::SurfInvLength, k, &[inv.times_power(shift)], slack.times_power(shift));
             let inv = s.value(Reg::SurfInvLength, k).times_power(-shift);
             for (i, x) in v.into_iter().enumerate() {
                 s.fixed(to, i, x * inv, zero());
@@ -66,11 +53,7 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
     let otk = s.config.cone.rules == ConeRules::Otk;
     let cosine = s.value(Reg::SurfCosine, 0).abs();
     let flat = otk && cosine >= real(16_760_439.0 / 16_777_216.0);
-    let n = if n.iter().all(|x| x.is_zero()) {
-        [zero(), zero(), real(1.0)]
-    } else {
-        n
-    };
+    let n = if n.iter().all(|x| x.is_zero()) { [zero(), zero(), real(1.0)] } else { n };
     if parallel || flat {
         across = beside(n);
     }
@@ -101,12 +84,7 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
     s.block(Reg::SurfInvCosine, 0, &[inv], slack + inv * inv * rounded);
     let Some(w) = width(s, case) else { return };
     let w = if otk { w } else { w.abs() };
-    s.block(
-        Reg::SurfStretch,
-        0,
-        &[w * s.value(Reg::SurfInvCosine, 0)],
-        zero(),
-    );
+    s.block(Reg::SurfStretch, 0, &[w * s.value(Reg::SurfInvCosine, 0)], zero());
     let dp_dx = scale(s.value(Reg::SurfStretch, 0), s.vector(Reg::SurfAlong, 0));
     let dp_dy = scale(w, s.vector(Reg::SurfAcross, 0));
     for i in 0..3 {
@@ -179,12 +157,7 @@ pub(super) fn surface_footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32) {
     let dp = [s.vector(Reg::SurfDpDx, 0), s.vector(Reg::SurfDpDy, 0)];
     let grad = [s.vector(Reg::SurfGradS, 0), s.vector(Reg::SurfGradT, 0)];
     let sums = [0, 1, 2, 3].map(|c: usize| dot(dp[c / 2], grad[c % 2]));
-    let dd = [
-        (Reg::SurfDdx, 0),
-        (Reg::SurfDdx, 1),
-        (Reg::SurfDdy, 0),
-        (Reg::SurfDdy, 1),
-    ];
+    let dd = [(Reg::SurfDdx, 0), (Reg::SurfDdx, 1), (Reg::SurfDdy, 0), (Reg::SurfDdy, 1)];
     if case.input("triangle", 0) == Some(1) {
         if let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(|k| word(case, "edge_st", k))
         {

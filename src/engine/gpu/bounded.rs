@@ -43,11 +43,7 @@ impl Bounded {
     /// An operand, which the kernel holds exactly.
     #[must_use]
     pub fn exact(value: f64) -> Self {
-        let error = if value.abs() < LEAST {
-            value.abs()
-        } else {
-            0.0
-        };
+        let error = if value.abs() < LEAST { value.abs() } else { 0.0 };
         Self { value, error }
     }
 
@@ -60,10 +56,7 @@ impl Bounded {
         let flushed = if size < 2.0 * LEAST { LEAST } else { 0.0 };
         let error = carried + ulps * EPSILON * size + flushed;
         let beyond = size + error > f64::from(f32::MAX) || !size.is_finite();
-        Self {
-            value,
-            error: if beyond { f64::INFINITY } else { error },
-        }
+        Self { value, error: if beyond { f64::INFINITY } else { error } }
     }
 
     /// Times a power of two: exact, unless the result lies below the least normal number, where a device may round it or make it 0.
@@ -71,15 +64,8 @@ impl Bounded {
     pub fn scaled(self, power: f64) -> Self {
         let (value, error) = (self.value * power, self.error * power);
         let size = value.abs() + error;
-        let flushed = if size > 0.0 && size < 2.0 * LEAST {
-            LEAST
-        } else {
-            0.0
-        };
-        Self {
-            value,
-            error: error + flushed,
-        }
+        let flushed = if size > 0.0 && size < 2.0 * LEAST { LEAST } else { 0.0 };
+        Self { value, error: error + flushed }
     }
 
     /// Comparisons since the last call that a device may decide otherwise.
@@ -150,10 +136,7 @@ impl Neg for Bounded {
     type Output = Self;
 
     fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            error: self.error,
-        }
+        Self { value: -self.value, error: self.error }
     }
 }
 
@@ -179,10 +162,7 @@ impl Div for Bounded {
         let divisor = other.value.abs();
         let covered = (LEAST..=1.0 / LEAST).contains(&divisor) && other.error < divisor;
         if !covered {
-            return Self {
-                value,
-                error: f64::INFINITY,
-            };
+            return Self { value, error: f64::INFINITY };
         }
         if self.is_exact_zero() {
             return self;
@@ -203,11 +183,7 @@ impl Real for Bounded {
             reason = "whether a constant is an f32"
         )]
         let exact = f64::from(value as f32) == value;
-        if exact {
-            Self::exact(value)
-        } else {
-            Self::rounded(value, 0.0, 1.0)
-        }
+        if exact { Self::exact(value) } else { Self::rounded(value, 0.0, 1.0) }
     }
 
     fn to_f64(self) -> f64 {
@@ -237,10 +213,7 @@ impl Real for Bounded {
     }
 
     fn abs(self) -> Self {
-        Self {
-            value: self.value.abs(),
-            error: self.error,
-        }
+        Self { value: self.value.abs(), error: self.error }
     }
 
     fn narrow(self) -> Self {
@@ -248,10 +221,7 @@ impl Real for Bounded {
     }
 
     fn larger(self, other: Self) -> Self {
-        Self {
-            value: self.value.max(other.value),
-            error: self.error.max(other.error),
-        }
+        Self { value: self.value.max(other.value), error: self.error.max(other.error) }
     }
 
     fn error(self) -> f64 {
@@ -276,10 +246,7 @@ impl Narrow for Bounded {
         let value = libm::log2(self.value);
         let low = self.value - self.error;
         if low <= 0.0 {
-            return Self {
-                value,
-                error: f64::INFINITY,
-            };
+            return Self { value, error: f64::INFINITY };
         }
         let carried = value - libm::log2(low);
         let own = if (0.5..=2.0).contains(&low) || (0.5..=2.0).contains(&(self.value + self.error))
@@ -288,10 +255,7 @@ impl Narrow for Bounded {
         } else {
             3.0 * EPSILON * (value.abs() + carried)
         };
-        Self {
-            value,
-            error: carried + own,
-        }
+        Self { value, error: carried + own }
     }
 
     fn saturated(self) -> Self {
@@ -300,10 +264,7 @@ impl Narrow for Bounded {
 
     fn next_up(self) -> Self {
         let value = f64::from(crate::gpu::policy::to_f32(self.value).next_up());
-        Self {
-            value,
-            error: self.error,
-        }
+        Self { value, error: self.error }
     }
 }
 
@@ -336,10 +297,7 @@ mod tests {
 
     #[test]
     fn a_power_of_two_is_exact_down_to_the_least_normal_number_and_may_be_flushed_below() {
-        let x = Bounded {
-            value: 1.5,
-            error: 1e-7,
-        };
+        let x = Bounded { value: 1.5, error: 1e-7 };
         let normal = x.scaled(libm::ldexp(1.0, -100));
         assert_eq!(
             [normal.value, normal.error].map(f64::to_bits),
@@ -353,19 +311,12 @@ mod tests {
     #[test]
     fn comparisons_in_doubt_are_counted_and_others_are_not() {
         let _ = Bounded::undecided();
-        let near = Bounded {
-            value: 1.0,
-            error: 1e-6,
-        };
+        let near = Bounded { value: 1.0, error: 1e-6 };
         assert!(near < Bounded::exact(2.0));
         assert_eq!(Bounded::undecided(), 0);
         assert!(near < Bounded::exact(1.000_000_5));
         assert_eq!(Bounded::undecided(), 1);
-        let _ = Bounded {
-            value: 3.0 - 1e-9,
-            error: 1e-8,
-        }
-        .floor();
+        let _ = Bounded { value: 3.0 - 1e-9, error: 1e-8 }.floor();
         assert_eq!(Bounded::undecided(), 1);
     }
 }

@@ -45,20 +45,12 @@ pub struct Register {
 
 /// A register of f32.
 const fn float(name: &'static str, words: usize) -> Register {
-    Register {
-        name,
-        words,
-        whole: false,
-    }
+    Register { name, words, whole: false }
 }
 
 /// A register that is one whole number.
 const fn whole(name: &'static str) -> Register {
-    Register {
-        name,
-        words: 1,
-        whole: true,
-    }
+    Register { name, words: 1, whole: true }
 }
 
 /// What a word of the results must be: the value, and how far a device may be from it. No value: not compared.
@@ -146,19 +138,13 @@ impl StageChecks {
                 continue;
             };
             let shown = |word: &u32| {
-                if register.whole {
-                    f64::from(*word)
-                } else {
-                    number(*word)
-                }
+                if register.whole { f64::from(*word) } else { number(*word) }
             };
             let values: Vec<f64> = results[range].iter().map(shown).collect();
             let row = self.row(stage, register.name);
             let before = row.unexplained;
-            for (gpu, (value, tolerance)) in values
-                .iter()
-                .zip(expected)
-                .filter_map(|(v, e)| e.map(|e| (*v, e)))
+            for (gpu, (value, tolerance)) in
+                values.iter().zip(expected).filter_map(|(v, e)| e.map(|e| (*v, e)))
             {
                 row.add(gpu, value, tolerance, case.undecided);
             }
@@ -181,10 +167,7 @@ impl StageChecks {
     }
 
     fn row(&mut self, stage: Stage, register: &'static str) -> &mut Row {
-        let found = self
-            .rows
-            .iter()
-            .position(|r| (r.stage, r.register) == (stage, register));
+        let found = self.rows.iter().position(|r| (r.stage, r.register) == (stage, register));
         let at = found.unwrap_or_else(|| {
             self.rows.push(Row {
                 stage,
@@ -237,9 +220,7 @@ impl Recorder {
 
     /// The words of a kernel that writes `registers`.
     fn expected(&self, registers: &[Register]) -> Vec<Expected> {
-        let words = registers
-            .iter()
-            .flat_map(|r| (0..r.words).map(|c| (r.name, c)));
+        let words = registers.iter().flat_map(|r| (0..r.words).map(|c| (r.name, c)));
         words.map(|(name, c)| self.get(name, c)).collect()
     }
 
@@ -310,11 +291,7 @@ struct Station<'a> {
 
 impl<'a> Checker<'a> {
     fn new(gpu: &'a Gpu) -> Self {
-        Self {
-            gpu,
-            programs: HashMap::new(),
-            found: StageChecks::default(),
-        }
+        Self { gpu, programs: HashMap::new(), found: StageChecks::default() }
     }
 
     /// Runs the cases of a stage; `from_results` completes what follows from the device's own results.
@@ -331,10 +308,7 @@ impl<'a> Checker<'a> {
             input: first.operands.len(),
             output: station.registers.iter().map(|r| r.words).sum(),
         };
-        let input: Vec<u32> = cases
-            .iter()
-            .flat_map(|c| c.operands.iter().copied())
-            .collect();
+        let input: Vec<u32> = cases.iter().flat_map(|c| c.operands.iter().copied()).collect();
         let program = match self.programs.entry(station.kernel) {
             std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
             std::collections::hash_map::Entry::Vacant(entry) => {
@@ -418,16 +392,10 @@ mod tests {
         found.judge(stage, REGISTERS, &case(false), &words(1.0, 5));
         let first = found.first.as_ref().expect("two differences");
         assert_eq!((first.register, first.pixel), ("k", [7, 9]));
-        assert_eq!(
-            (first.f64[0], first.operands.as_slice()),
-            (1.0, &[1, 2][..])
-        );
+        assert_eq!((first.f64[0], first.operands.as_slice()), (1.0, &[1, 2][..]));
         let unexplained: Vec<u64> = found.rows.iter().map(|r| r.unexplained).collect();
         assert_eq!(unexplained, [1, 1]);
-        assert_eq!(
-            found.rows[0].compared, 3,
-            "what is not expected is not compared"
-        );
+        assert_eq!(found.rows[0].compared, 3, "what is not expected is not compared");
     }
 
     #[test]
@@ -436,12 +404,7 @@ mod tests {
         found.judge(Stage::Footprint, REGISTERS, &case(true), &words(1.5, 5));
         assert!(!found.fails());
         assert!(found.rows.iter().all(|r| r.undecided == 1));
-        found.judge(
-            Stage::Footprint,
-            REGISTERS,
-            &case(false),
-            &words(f32::NAN, 4),
-        );
+        found.judge(Stage::Footprint, REGISTERS, &case(false), &words(f32::NAN, 4));
         assert!(found.fails(), "NaN is within no tolerance");
     }
 }

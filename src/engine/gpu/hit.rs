@@ -16,10 +16,7 @@ use crate::reference::Flag;
 use crate::settings::Settings;
 
 /// Words of HIT's operands and results.
-pub const HIT_WORDS: Words = Words {
-    input: 9,
-    output: Filtered::WORDS + 7,
-};
+pub const HIT_WORDS: Words = Words { input: 9, output: Filtered::WORDS + 7 };
 
 /// How a search ended, by the shader's number.
 pub const STATUS: [HitStatus; 6] = [
@@ -73,9 +70,8 @@ impl<'a> GpuHit<'a> {
     ) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_distance(distance);
-        let mut maps = Maps::none(gpu)?
-            .with_distance(gpu, distance)?
-            .with_tables(gpu, &tables.words())?;
+        let mut maps =
+            Maps::none(gpu)?.with_distance(gpu, distance)?.with_tables(gpu, &tables.words())?;
         let policy = if let Some(map) = map {
             maps = maps.with_cube(gpu, map)?;
             policy.with_cube(map)
@@ -83,12 +79,8 @@ impl<'a> GpuHit<'a> {
             let size = face_size.max(1);
             policy.with_size([size; 2], size.ilog2() as usize + 1)
         };
-        let out = Self {
-            program: Program::new(gpu, Kernel::Fused(Fused::Hit))?,
-            maps,
-            policy,
-            gpu,
-        };
+        let out =
+            Self { program: Program::new(gpu, Kernel::Fused(Fused::Hit))?, maps, policy, gpu };
         out.program.warm(gpu, &out.maps, &out.policy, HIT_WORDS)?;
         Ok(out)
     }
@@ -130,10 +122,7 @@ impl<'a> GpuHit<'a> {
             &|n| progress(n),
         )?;
         let mut reports = Reports::default();
-        let results = words
-            .chunks_exact(HIT_WORDS.output)
-            .zip(rays)
-            .zip(&operands.flags);
+        let results = words.chunks_exact(HIT_WORDS.output).zip(rays).zip(&operands.flags);
         let results = results
             .zip(pixels)
             .map(|(((words, ray), flags), pixel)| {
@@ -153,11 +142,7 @@ fn result(filtered: Filtered, flags: u32, words: &[u32], ray: &HitFragment) -> H
     let iterations = words[4];
     let cone = ray.cone.is_some();
     HitResult {
-        d: if status == HitStatus::Escaped {
-            f64::INFINITY
-        } else {
-            number(0)
-        },
+        d: if status == HitStatus::Escaped { f64::INFINITY } else { number(0) },
         l: [number(1), number(2), number(3)],
         iterations,
         status,

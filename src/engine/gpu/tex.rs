@@ -16,15 +16,9 @@ use crate::scene::tex::path::Event;
 use crate::settings::Settings;
 
 /// Words of TEX's operands and results.
-pub const TEX_WORDS: Words = Words {
-    input: 24,
-    output: Filtered::WORDS,
-};
+pub const TEX_WORDS: Words = Words { input: 24, output: Filtered::WORDS };
 /// Words of a bare cone's operands and results.
-pub const SKY_WORDS: Words = Words {
-    input: 8,
-    output: Filtered::WORDS,
-};
+pub const SKY_WORDS: Words = Words { input: 8, output: Filtered::WORDS };
 /// Words of a step in the buffer of steps.
 const STEP_WORDS: usize = 4;
 /// Requests that a block of rows aims at.
@@ -71,11 +65,9 @@ pub fn step_words(step: Step) -> [f32; STEP_WORDS] {
     match step {
         Step::Propagate(d) => [0.0, to_f32(d), 0.0, 0.0],
         Step::Reflect(k) => [1.0, to_f32(k), 0.0, 0.0],
-        Step::Refract {
-            curvature,
-            outside,
-            inside,
-        } => [2.0, to_f32(curvature), to_f32(outside), to_f32(inside)],
+        Step::Refract { curvature, outside, inside } => {
+            [2.0, to_f32(curvature), to_f32(outside), to_f32(inside)]
+        }
         Step::Scatter(f) => [3.0, to_f32(f), 0.0, 0.0],
     }
 }
@@ -180,12 +172,10 @@ impl<'a> GpuTex<'a> {
             gpu,
         };
         if let Some(texture) = out.textures.first() {
-            out.tex
-                .warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+            out.tex.warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
         }
         let environment = &out.environment;
-        out.sky
-            .warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        out.sky.warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
         Ok(out)
     }
 

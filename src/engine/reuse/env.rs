@@ -37,12 +37,8 @@ impl KeptEnv {
             Some(engine) => engine.texture,
             None => encode::texture(&spec.config, &subject.map).map_err(refused)?,
         };
-        let engine = RtlEngine {
-            unit,
-            texture,
-            config: spec.config.clone(),
-            level: Level::detect(),
-        };
+        let engine =
+            RtlEngine { unit, texture, config: spec.config.clone(), level: Level::detect() };
         if to_u64(subject.scene.fragments.len()) > MOST_KEPT {
             let rendering = engine.render(subject, &|_| {});
             self.engine = Some(engine);
@@ -66,10 +62,7 @@ impl KeptEnv {
         let rendering = engine.rendering(subject, &filtered, start.elapsed().as_secs_f64());
         self.keys = keys;
         self.engine = Some(engine);
-        let saved = Saved {
-            kept: first,
-            steps: ENV_STEPS,
-        };
+        let saved = Saved { kept: first, steps: ENV_STEPS };
         Ok((rendering, saved))
     }
 

@@ -96,10 +96,7 @@ impl KeptHit {
         let rendering = subject.rendering(start, &results);
         self.keys = keys;
         self.engine = Some(engine);
-        let saved = Saved {
-            kept: first,
-            steps: HIT_STEPS,
-        };
+        let saved = Saved { kept: first, steps: HIT_STEPS };
         Ok((rendering, results, saved))
     }
 

@@ -34,12 +34,7 @@ pub struct TexLine {
 
 impl Line {
     /// A single probe on level 0.
-    pub const NONE: Self = Self {
-        axis: [1.0, 0.0],
-        texels: [0.0; 2],
-        probes: 1,
-        lod: 0.0,
-    };
+    pub const NONE: Self = Self { axis: [1.0, 0.0], texels: [0.0; 2], probes: 1, lod: 0.0 };
 
     /// Of ENV or HIT, on faces of `face_size` texels.
     #[must_use]
@@ -55,12 +50,7 @@ impl Line {
     /// Of TEX.
     #[must_use]
     pub fn of_tex(tex: &Tex) -> Self {
-        Self {
-            axis: tex.axis,
-            texels: tex.lambda,
-            probes: tex.probes,
-            lod: tex.lod,
-        }
+        Self { axis: tex.axis, texels: tex.lambda, probes: tex.probes, lod: tex.lod }
     }
 }
 
@@ -106,12 +96,10 @@ impl Apart {
         self.lod.push((rtl.lod - float.lod).abs());
         if float.probes > 1 {
             let sine = rtl.axis[0] * float.axis[1] - rtl.axis[1] * float.axis[0];
-            self.axis_degrees
-                .push(libm::asin(sine.abs().min(1.0)).to_degrees());
+            self.axis_degrees.push(libm::asin(sine.abs().min(1.0)).to_degrees());
             // Half of λ1 from the middle to the end, measured in widths of the ellipse, which is never below a texel.
             let width = float.texels[1].max(1.0);
-            self.line_end
-                .push(float.texels[0] / 2.0 * sine.abs() / width);
+            self.line_end.push(float.texels[0] / 2.0 * sine.abs() / width);
         }
     }
 

@@ -111,10 +111,8 @@ impl KeptTex {
         let rendering = subject.rtl_again(&engine, &mut self.rows, &first, &|_| {});
         (self.looks, self.sky) = (looks, sky);
         self.engine = Some(engine);
-        let saved = Saved {
-            kept: first.looks.iter().copied().min().unwrap_or(0),
-            steps: TEX_STEPS,
-        };
+        let saved =
+            Saved { kept: first.looks.iter().copied().min().unwrap_or(0), steps: TEX_STEPS };
         Ok((rendering, saved))
     }
 
@@ -202,15 +200,8 @@ fn compile(
             Some(texture) => texture,
             None => texture(config, map).map_err(refused)?,
         };
-        textures.push(TexRtl {
-            unit,
-            texture: Some(texture),
-            config: config.clone(),
-        });
+        textures.push(TexRtl { unit, texture: Some(texture), config: config.clone() });
     }
     let nowhere = Distance::nothing();
-    Ok(TexEngine {
-        textures,
-        sky: hit::compile(sky, spec, &nowhere, &subject.sky)?,
-    })
+    Ok(TexEngine { textures, sky: hit::compile(sky, spec, &nowhere, &subject.sky)? })
 }

@@ -25,11 +25,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn basis(r: [f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = r;
     let t1 = unit(beside(r));
-    let t2 = [
-        y * t1[2] - z * t1[1],
-        z * t1[0] - x * t1[2],
-        x * t1[1] - y * t1[0],
-    ];
+    let t2 = [y * t1[2] - z * t1[1], z * t1[0] - x * t1[2], x * t1[1] - y * t1[0]];
     [t1, t2]
 }
 
@@ -38,18 +34,10 @@ fn onto_plane(r: [f64; 3], t: [[f64; 3]; 2], n: [f64; 3], max_probes: u32) -> [[
     let n = unit(n);
     let cosine = dot(n, r);
     let least = 1.0 / f64::from(max_probes.max(1));
-    let cosine = if cosine < 0.0 {
-        cosine.min(-least)
-    } else {
-        cosine.max(least)
-    };
+    let cosine = if cosine < 0.0 { cosine.min(-least) } else { cosine.max(least) };
     t.map(|t| {
         let slope = dot(n, t) / cosine;
-        [
-            t[0] - r[0] * slope,
-            t[1] - r[1] * slope,
-            t[2] - r[2] * slope,
-        ]
+        [t[0] - r[0] * slope, t[1] - r[1] * slope, t[2] - r[2] * slope]
     })
 }
 
@@ -82,11 +70,7 @@ pub(super) fn env<T: Tap>(
         }
     }
     // Where the ray escaped, |w|/|l| tends to |α|.
-    let width = if escaped {
-        angle.abs()
-    } else {
-        saturate(width + angle * hit.d).abs()
-    };
+    let width = if escaped { angle.abs() } else { saturate(width + angle * hit.d).abs() };
     let quick = front::<f64, _>(prepared, hit.l, (width, escaped), t, flags, &mut NoTap);
     let front = if !quick.exact || !ordinary(hit.l, width) {
         front::<Wide, _>(prepared, hit.l, (width, escaped), t, flags, tap)
@@ -142,13 +126,7 @@ fn front<R: Real, T: Tap>(
     }
     put(tap, Stage::Jacobian, "d", d.as_flattened());
     let k = covariance(&d, None, tap);
-    let axes = eigen(
-        k,
-        [Some(&d), None],
-        (settings.axis, settings.minor),
-        prepared.angles(),
-        tap,
-    );
+    let axes = eigen(k, [Some(&d), None], (settings.axis, settings.minor), prepared.angles(), tap);
     let exact = trusted(k, terms, zero, axes.lambda, settings.minor);
     for (values, flag) in [
         (d.as_flattened(), Flag::DerivativesSaturated),
@@ -160,11 +138,7 @@ fn front<R: Real, T: Tap>(
         }
     }
     Front {
-        centre: Address {
-            face: facing.face,
-            u: facing.u.to_f64(),
-            v: facing.v.to_f64(),
-        },
+        centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
         d: d.map(|row| row.map(R::to_f64)),
         k: k.map(R::to_f64),
         lambda: axes.lambda.map(R::to_f64),

@@ -40,11 +40,8 @@ pub fn step<N: Narrow>(method: Method, ray: &mut Ray<N>, f: N, side: i8) -> N {
         ray.over
     };
     if let (Some(other), Some(over)) = (other, ray.over) {
-        let (low, high) = if ray.under.0 < over.0 {
-            (ray.under.0, over.0)
-        } else {
-            (over.0, ray.under.0)
-        };
+        let (low, high) =
+            if ray.under.0 < over.0 { (ray.under.0, over.0) } else { (over.0, ray.under.0) };
         // A bracket of at most one unit of the last place.
         if low.next_up() >= high {
             return number(0.0);

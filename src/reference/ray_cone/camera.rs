@@ -61,19 +61,13 @@ pub fn pinhole(frame: &Frame, direction: [f64; 3]) -> Cone {
 #[must_use]
 pub fn thin_lens(frame: &Frame, direction: [f64; 3], lens_width: f64) -> Cone {
     let angle = -(Wide::from_f64(lens_width) * per_distance(frame, direction));
-    Cone {
-        angle: Angle(angle.to_f64()),
-        width: Width(lens_width),
-    }
+    Cone { angle: Angle(angle.to_f64()), width: Width(lens_width) }
 }
 
 /// α = 0, w = a pixel's width on the image plane.
 #[must_use]
 pub fn orthographic(frame: &Frame) -> Cone {
-    Cone {
-        angle: Angle(0.0),
-        width: Width(pixel_width(frame)),
-    }
+    Cone { angle: Angle(0.0), width: Width(pixel_width(frame)) }
 }
 
 /// Which of two cones a look-up takes.
@@ -92,9 +86,5 @@ pub fn choose([first, second]: [Cone; 2], larger: Larger, alone: bool) -> Cone {
         Larger::Width => cone.width.0.abs(),
         Larger::Angle => cone.angle.0.abs(),
     };
-    if alone || magnitude(first) >= magnitude(second) {
-        first
-    } else {
-        second
-    }
+    if alone || magnitude(first) >= magnitude(second) { first } else { second }
 }

@@ -56,11 +56,7 @@ pub(super) fn number(value: &Value, factor: f64) -> Cell {
         // No number: the words that stand there; sorts below every figure.
         let words = text(value);
         return Cell {
-            text: if words.is_empty() {
-                "–".to_owned()
-            } else {
-                words
-            },
+            text: if words.is_empty() { "–".to_owned() } else { words },
             value: Some(f64::MIN),
         };
     };
@@ -76,10 +72,7 @@ pub(super) fn number(value: &Value, factor: f64) -> Cell {
         _ if whole => count(figure.round() as u64),
         _ => significant(figure, 4),
     };
-    Cell {
-        text,
-        value: Some(figure),
-    }
+    Cell { text, value: Some(figure) }
 }
 
 /// A value as text: strings without quotes, null as nothing, the rest as JSON.

@@ -111,12 +111,7 @@ impl HitScene {
 fn view(name: &str, width: usize, height: usize) -> (View, ([f64; 3], f64)) {
     let (world, eye, centre, radius): (_, [f64; 3], [f64; 3], f64) = match name {
         "columns" => (built_in::columns(), [-0.9, 1.0, 4.0], [0.7, 0.9, -1.5], 0.7),
-        "doorway" => (
-            built_in::doorway(),
-            [-0.9, 0.6, 4.2],
-            [1.5, -0.3, -1.0],
-            0.8,
-        ),
+        "doorway" => (built_in::doorway(), [-0.9, 0.6, 4.2], [1.5, -0.3, -1.0], 0.8),
         "glass" => (built_in::room(), [-2.2, 0.9, 3.6], [0.6, -0.7, -0.8], 0.9),
         _ => (built_in::room(), [-1.4, 0.5, 3.8], [1.6, -0.7, -2.0], 1.0),
     };
@@ -130,11 +125,7 @@ fn view(name: &str, width: usize, height: usize) -> (View, ([f64; 3], f64)) {
         camera: look_at(eye, centre, [width, height], share * side / tangent),
         eye,
         object: Arc::new(Ball { centre, radius }),
-        finish: if name == "glass" {
-            Finish::Glass { index: GLASS }
-        } else {
-            Finish::Mirror
-        },
+        finish: if name == "glass" { Finish::Glass { index: GLASS } } else { Finish::Mirror },
         world,
     };
     (view, (centre, radius))
@@ -187,10 +178,8 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
         face_size,
         rays,
         view,
-        lamp: (name == "glass").then_some(Lamp {
-            position: [2.4, 2.2, 1.2],
-            power: [150.0, 142.0, 128.0],
-        }),
+        lamp: (name == "glass")
+            .then_some(Lamp { position: [2.4, 2.2, 1.2], power: [150.0, 142.0, 128.0] }),
         bound,
         notes,
     })

@@ -49,11 +49,7 @@ impl Object for Mesh {
         }
         // The plane tells the side; an interpolated normal that disagrees gives way to it.
         let plane = triangle.plane_normal();
-        let side = if dot(plane, direction) > 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
+        let side = if dot(plane, direction) > 0.0 { -1.0 } else { 1.0 };
         let mut normal = normal.map(|c| side * c);
         if dot(normal, direction) >= 0.0 {
             normal = plane.map(|c| side * c);
@@ -84,12 +80,7 @@ pub fn curvature(triangle: &Triangle) -> f64 {
     if edges.iter().any(|k| *k > 0.0) && edges.iter().any(|k| *k < 0.0) {
         return 0.0;
     }
-    edges.into_iter().fold(
-        f64::INFINITY,
-        |least, k| {
-            if k.abs() < least.abs() { k } else { least }
-        },
-    )
+    edges.into_iter().fold(f64::INFINITY, |least, k| if k.abs() < least.abs() { k } else { least })
 }
 
 #[cfg(test)]
@@ -100,16 +91,9 @@ mod tests {
     fn the_curvature_of_a_triangle_on_a_ball_is_the_balls() {
         let on = |n: [f64; 3]| n.map(|c| 2.5 * c);
         let normals = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.28, 0.96]];
-        let ball = Triangle {
-            positions: normals.map(on),
-            normals,
-            texcoords: [[0.0; 2]; 3],
-        };
+        let ball = Triangle { positions: normals.map(on), normals, texcoords: [[0.0; 2]; 3] };
         assert!((curvature(&ball) - 0.4).abs() < 1e-15);
-        let hollow = Triangle {
-            normals: normals.map(|n| n.map(|c| -c)),
-            ..ball
-        };
+        let hollow = Triangle { normals: normals.map(|n| n.map(|c| -c)), ..ball };
         assert!((curvature(&hollow) + 0.4).abs() < 1e-15);
         // A saddle: one edge bulges, another sinks.
         let saddle = Triangle {

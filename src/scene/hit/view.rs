@@ -86,11 +86,7 @@ impl View {
         let bend = skin.curvature * width.abs();
         let mut send = |r: [f64; 3], angle: f64, share: f64| {
             each(Leaving {
-                fragment: HitFragment {
-                    x,
-                    r,
-                    cone: Some([angle, width]),
-                },
+                fragment: HitFragment { x, r, cone: Some([angle, width]) },
                 weight: [share; 3],
             });
         };
@@ -146,10 +142,7 @@ mod tests {
 
     #[test]
     fn the_cone_is_as_wide_as_the_rays_of_a_pixel_where_the_mirror_is_met_head_on() {
-        let ball = Ball {
-            centre: [0.5, 0.25, -2.0],
-            radius: 0.75,
-        };
+        let ball = Ball { centre: [0.5, 0.25, -2.0], radius: 0.75 };
         let eye = [0.5, 0.25, 3.0];
         let view = View {
             camera: look_at(eye, ball.centre, [64, 64], 400.0),

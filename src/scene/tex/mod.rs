@@ -109,12 +109,7 @@ pub fn is_tex_scene(name: &str) -> bool {
 const FLOOR: (Shape, Finish) = (Shape::Floor { half: 6.0 }, Finish::Lit { texture: 0 });
 
 fn ball(centre: [f64; 3], radius: f64, finish: Finish) -> (Shape, Finish) {
-    let shape = Shape::Shell {
-        centre,
-        radius,
-        axis: [0.0, 1.0, 0.0],
-        keep: 1.0,
-    };
+    let shape = Shape::Shell { centre, radius, axis: [0.0, 1.0, 0.0], keep: 1.0 };
     (shape, finish)
 }
 
@@ -211,20 +206,11 @@ fn thin_lens() -> Plan {
 fn vases(lined: bool) -> Plan {
     let mut main = Vec::new();
     for (x, z, radius) in [(-1.4, 0.3, 0.8), (0.3, -0.9, 1.0), (1.5, 0.7, 0.7)] {
-        let finish = Finish::Glazed {
-            texture: 1,
-            share: 0.6,
-            lined,
-        };
+        let finish = Finish::Glazed { texture: 1, share: 0.6, lined };
         // A belly with an opening of half its radius, and a neck on it.
         let keep: f64 = 0.866_025_403_784_438_6;
         main.push((
-            Shape::Shell {
-                centre: [x, radius, z],
-                radius,
-                axis: [0.0, 1.0, 0.0],
-                keep,
-            },
+            Shape::Shell { centre: [x, radius, z], radius, axis: [0.0, 1.0, 0.0], keep },
             finish,
         ));
         main.push((

@@ -29,10 +29,7 @@ impl Paint {
                 colour.map(narrow)
             })
             .collect();
-        build_planar_mips(PlanarLevel {
-            size: [size; 2],
-            texels,
-        })
+        build_planar_mips(PlanarLevel { size: [size; 2], texels })
     }
 }
 
@@ -66,11 +63,7 @@ fn fields(s: f64, t: f64) -> [f64; 3] {
     if fx.min(fy) < 0.02 || fx.max(fy) > 0.98 {
         return [0.04, 0.04, 0.05];
     }
-    let light = if odd(8.0 * fx) == odd(8.0 * fy) {
-        1.0
-    } else {
-        0.55
-    };
+    let light = if odd(8.0 * fx) == odd(8.0 * fy) { 1.0 } else { 0.55 };
     let soft = 0.8 + 0.2 * libm::cos(6.3 * fx) * libm::cos(6.3 * fy);
     // Marks one or a few texels wide at 2048 × 2048.
     let fine = 0.75 + 0.5 * noise((1024.0 * s).floor(), (1024.0 * t).floor());
@@ -103,13 +96,7 @@ mod tests {
             assert_eq!(map.levels.len(), 9);
             assert_eq!(map.levels[8].size, [1, 1]);
             let level = &map.levels[0];
-            assert!(
-                level
-                    .texels
-                    .iter()
-                    .flatten()
-                    .all(|c| (0.0..=1.0).contains(c))
-            );
+            assert!(level.texels.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
             let steps = level
                 .texels
                 .windows(2)

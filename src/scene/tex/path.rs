@@ -92,10 +92,7 @@ impl Random {
     #[must_use]
     pub fn new(seed: u64, place: [f64; 2], sample: u64) -> Self {
         let words = [seed, place[0].to_bits(), place[1].to_bits(), sample];
-        Self {
-            key: words.into_iter().fold(0, |key, word| hash(key ^ word)),
-            count: 0,
-        }
+        Self { key: words.into_iter().fold(0, |key, word| hash(key ^ word)), count: 0 }
     }
 
     /// The next number, from 0 on and below 1.
@@ -135,12 +132,7 @@ impl TexScene {
                 };
                 Some(Event::Look(Look {
                     texture,
-                    fragment: TexFragment {
-                        d: direction,
-                        n: contact.normal,
-                        tangents,
-                        st,
-                    },
+                    fragment: TexFragment { d: direction, n: contact.normal, tangents, st },
                     weight: weight * share * daylight(contact.normal),
                     bounce,
                 }))
@@ -151,8 +143,7 @@ impl TexScene {
                     return;
                 }
                 Finish::Mirror => {
-                    path.events
-                        .push(Event::Step(Step::Reflect(contact.curvature)));
+                    path.events.push(Event::Step(Step::Reflect(contact.curvature)));
                     direction = mirrored(direction, contact.normal, cosine);
                 }
                 Finish::Glass { index } => {
@@ -160,17 +151,14 @@ impl TexScene {
                 }
                 Finish::Glazed { lined, .. } if lined && !contact.outside => {
                     path.events.extend(look(1.0 - MATT));
-                    path.events
-                        .push(Event::Step(Step::Reflect(contact.curvature)));
-                    path.events
-                        .push(Event::Step(Step::Scatter(std::f64::consts::FRAC_1_PI)));
+                    path.events.push(Event::Step(Step::Reflect(contact.curvature)));
+                    path.events.push(Event::Step(Step::Scatter(std::f64::consts::FRAC_1_PI)));
                     direction = scattered(contact.normal, &mut random);
                     weight *= MATT;
                 }
                 Finish::Glazed { share, .. } => {
                     path.events.extend(look(1.0 - share));
-                    path.events
-                        .push(Event::Step(Step::Reflect(contact.curvature)));
+                    path.events.push(Event::Step(Step::Reflect(contact.curvature)));
                     direction = mirrored(direction, contact.normal, cosine);
                     weight *= share;
                 }
@@ -205,11 +193,7 @@ impl TexScene {
         path: &mut Path,
     ) -> [f64; 3] {
         let cosine = dot(direction, contact.normal);
-        let [outside, inside] = if contact.outside {
-            [1.0, index]
-        } else {
-            [index, 1.0]
-        };
+        let [outside, inside] = if contact.outside { [1.0, index] } else { [index, 1.0] };
         let bent = refract(direction, contact.normal, outside / inside);
         match bent {
             Some(bent) if random.number() >= fresnel(cosine.abs(), inside / outside, 0.0) => {
@@ -221,8 +205,7 @@ impl TexScene {
                 bent
             }
             Some(_) | None => {
-                path.events
-                    .push(Event::Step(Step::Reflect(contact.curvature)));
+                path.events.push(Event::Step(Step::Reflect(contact.curvature)));
                 mirrored(direction, contact.normal, cosine)
             }
         }
@@ -263,11 +246,7 @@ fn mirrored(d: [f64; 3], n: [f64; 3], cosine: f64) -> [f64; 3] {
 
 /// A direction about the normal with a density of cos/π.
 fn scattered(n: [f64; 3], random: &mut Random) -> [f64; 3] {
-    let across = if n[0].abs() < 0.5 {
-        [1.0, 0.0, 0.0]
-    } else {
-        [0.0, 1.0, 0.0]
-    };
+    let across = if n[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let a = unit(cross(n, across));
     let b = cross(n, a);
     let square = random.number();

@@ -80,28 +80,15 @@ impl Shape {
     pub fn meet(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Contact> {
         match self {
             Self::Floor { half } => floor(*half, origin, direction, beyond),
-            Self::Shell {
-                centre,
-                radius,
-                axis,
-                keep,
-            } => shell(
-                (*centre, *radius),
-                (*axis, *keep),
-                origin,
-                direction,
-                beyond,
-            ),
-            Self::Tube {
-                base,
-                radius,
-                height,
-            } => tube(*base, *radius, *height, origin, direction, beyond),
-            Self::Card {
-                corner,
-                across,
-                down,
-            } => card([*corner, *across, *down], origin, direction, beyond),
+            Self::Shell { centre, radius, axis, keep } => {
+                shell((*centre, *radius), (*axis, *keep), origin, direction, beyond)
+            }
+            Self::Tube { base, radius, height } => {
+                tube(*base, *radius, *height, origin, direction, beyond)
+            }
+            Self::Card { corner, across, down } => {
+                card([*corner, *across, *down], origin, direction, beyond)
+            }
             Self::Mesh(mesh) => {
                 let skin = mesh.skin(origin, direction, beyond)?;
                 Some(Contact {
@@ -134,10 +121,7 @@ fn floor(half: f64, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Optio
         outside,
         texture: Some((
             [(p[0] + half) / side, (p[2] + half) / side],
-            Tangents::Surface {
-                dp_ds: [side, 0.0, 0.0],
-                dp_dt: [0.0, 0.0, side],
-            },
+            Tangents::Surface { dp_ds: [side, 0.0, 0.0], dp_dt: [0.0, 0.0, side] },
         )),
     })
 }
@@ -161,21 +145,14 @@ fn shell(
     let [x, y, z] = r;
     let ring = (x * x + z * z).sqrt();
     // On the poles s has no direction.
-    let (sine, cosine) = if ring > 0.0 {
-        (x / ring, z / ring)
-    } else {
-        (0.0, 1.0)
-    };
+    let (sine, cosine) = if ring > 0.0 { (x / ring, z / ring) } else { (0.0, 1.0) };
     Some(Contact {
         t,
         normal,
         curvature: if outside { 1.0 } else { -1.0 } / radius,
         outside,
         texture: Some((
-            [
-                libm::atan2(x, z) / (2.0 * PI) + 0.5,
-                libm::acos((y / radius).clamp(-1.0, 1.0)) / PI,
-            ],
+            [libm::atan2(x, z) / (2.0 * PI) + 0.5, libm::acos((y / radius).clamp(-1.0, 1.0)) / PI],
             Tangents::Surface {
                 dp_ds: [2.0 * PI * z, 0.0, -2.0 * PI * x],
                 dp_dt: [PI * y * sine, -PI * ring, PI * y * cosine],
@@ -232,10 +209,7 @@ fn card(
     }
     let p = along(from, direction, t);
     let square = dot(plane, plane);
-    let st = [
-        dot(cross(p, down), plane) / square,
-        dot(cross(across, p), plane) / square,
-    ];
+    let st = [dot(cross(p, down), plane) / square, dot(cross(across, p), plane) / square];
     if st.iter().any(|x| !(0.0..=1.0).contains(x)) {
         return None;
     }
@@ -281,11 +255,7 @@ mod tests {
                 axis: [0.0, 1.0, 0.0],
                 keep: 0.8,
             },
-            Shape::Tube {
-                base: [0.1, -2.0, 0.0],
-                radius: 1.5,
-                height: 4.0,
-            },
+            Shape::Tube { base: [0.1, -2.0, 0.0], radius: 1.5, height: 4.0 },
         ];
         for shape in &shapes {
             let origin = [2.0, 3.0, 2.5];
@@ -339,12 +309,7 @@ mod tests {
 
     #[test]
     fn a_shell_is_open_where_it_is_cut_and_hollow_inside() {
-        let bowl = Shape::Shell {
-            centre: [0.0; 3],
-            radius: 1.0,
-            axis: [0.0, 1.0, 0.0],
-            keep: 0.5,
-        };
+        let bowl = Shape::Shell { centre: [0.0; 3], radius: 1.0, axis: [0.0, 1.0, 0.0], keep: 0.5 };
         // From above through the opening onto the inner side of the bottom.
         let inside = bowl.meet([0.0, 3.0, 0.0], [0.0, -1.0, 0.0], 0.0).unwrap();
         assert!((inside.t - 4.0).abs() < 1e-12 && !inside.outside);

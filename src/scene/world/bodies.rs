@@ -32,12 +32,7 @@ impl Cuboid {
             let along = origin[a] + t * direction[a] - self.low[a];
             along.clamp(0.0, self.high[a] - self.low[a])
         });
-        Meeting {
-            t,
-            normal,
-            part: 2 * axis + usize::from(!high),
-            place,
-        }
+        Meeting { t, normal, part: 2 * axis + usize::from(!high), place }
     }
 }
 
@@ -77,9 +72,7 @@ impl Body for Cuboid {
     }
 
     fn parts(&self) -> Vec<[f64; 2]> {
-        (0..6)
-            .map(|part| ACROSS[part / 2].map(|a| self.high[a] - self.low[a]))
-            .collect()
+        (0..6).map(|part| ACROSS[part / 2].map(|a| self.high[a] - self.low[a])).collect()
     }
 }
 
@@ -100,11 +93,7 @@ pub(crate) fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
     }
     // One root by a sum of equal signs, the other by their product: neither cancels.
     let root = discriminant.sqrt();
-    let sum = if half > 0.0 {
-        -half - root
-    } else {
-        root - half
-    };
+    let sum = if half > 0.0 { -half - root } else { root - half };
     if sum == 0.0 {
         return Some([0.0, 0.0]);
     }
@@ -120,11 +109,7 @@ impl Body for Ball {
             .into_iter()
             .find(|t| *t > beyond)?;
         let outward = [0, 1, 2].map(|i| (from[i] + t * direction[i]) / self.radius);
-        let facing = if dot(outward, direction) > 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
+        let facing = if dot(outward, direction) > 0.0 { -1.0 } else { 1.0 };
         let turn = std::f64::consts::PI;
         Some(Meeting {
             t,
@@ -174,11 +159,7 @@ impl Body for Column {
                 continue;
             }
             let out = [0, 1].map(|i| (from[i] + t * flat[i]) / self.radius);
-            let facing = if out[0] * flat[0] + out[1] * flat[1] > 0.0 {
-                -1.0
-            } else {
-                1.0
-            };
+            let facing = if out[0] * flat[0] + out[1] * flat[1] > 0.0 { -1.0 } else { 1.0 };
             let angle = libm::atan2(out[0], out[1]) + std::f64::consts::PI;
             offer(Meeting {
                 t,
@@ -207,19 +188,12 @@ impl Body for Column {
     fn parts(&self) -> Vec<[f64; 2]> {
         let around = 2.0 * std::f64::consts::PI * self.radius;
         let across = 2.0 * self.radius;
-        vec![
-            [around, self.span[1] - self.span[0]],
-            [across, across],
-            [across, across],
-        ]
+        vec![[around, self.span[1] - self.span[0]], [across, across], [across, across]]
     }
 }
 
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    reason = "whole numbers, of which every step is exact"
-)]
+#[expect(clippy::float_cmp, reason = "whole numbers, of which every step is exact")]
 mod tests {
     use super::*;
 
@@ -234,26 +208,13 @@ mod tests {
 
     #[test]
     fn a_room_is_met_from_inside_and_a_block_from_outside() {
-        let cuboid = Cuboid {
-            low: [-1.0, -2.0, -3.0],
-            high: [4.0, 5.0, 6.0],
-        };
+        let cuboid = Cuboid { low: [-1.0, -2.0, -3.0], high: [4.0, 5.0, 6.0] };
         let inside = cuboid.meet([0.0; 3], [2.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!(
-            (inside.t, inside.part, inside.normal),
-            (2.0, 0, [-1.0, 0.0, 0.0])
-        );
+        assert_eq!((inside.t, inside.part, inside.normal), (2.0, 0, [-1.0, 0.0, 0.0]));
         assert_eq!(inside.place, [3.0, 2.0]);
         let outside = cuboid.meet([-3.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!(
-            (outside.t, outside.part, outside.normal),
-            (2.0, 1, [-1.0, 0.0, 0.0])
-        );
-        assert!(
-            cuboid
-                .meet([-3.0, 9.0, 1.0], [1.0, 0.0, 0.0], 0.0)
-                .is_none()
-        );
+        assert_eq!((outside.t, outside.part, outside.normal), (2.0, 1, [-1.0, 0.0, 0.0]));
+        assert!(cuboid.meet([-3.0, 9.0, 1.0], [1.0, 0.0, 0.0], 0.0).is_none());
         assert!(cuboid.meet([9.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0).is_none());
         for part in 0..6 {
             let mut d = [0.0; 3];
@@ -264,15 +225,8 @@ mod tests {
 
     #[test]
     fn round_bodies_are_met_on_their_surface_with_a_normal_that_faces_the_ray() {
-        let ball = Ball {
-            centre: [1.0, 2.0, -3.0],
-            radius: 0.75,
-        };
-        let column = Column {
-            axis: [1.0, -3.0],
-            radius: 0.5,
-            span: [-1.0, 2.0],
-        };
+        let ball = Ball { centre: [1.0, 2.0, -3.0], radius: 0.75 };
+        let column = Column { axis: [1.0, -3.0], radius: 0.5, span: [-1.0, 2.0] };
         let mut met = [0, 0];
         for i in 0..400 {
             let turn = f64::from(i) * 0.37;
@@ -307,10 +261,7 @@ mod tests {
 
     #[test]
     fn a_ray_that_starts_on_a_surface_leaves_it() {
-        let ball = Ball {
-            centre: [0.0; 3],
-            radius: 1.0,
-        };
+        let ball = Ball { centre: [0.0; 3], radius: 1.0 };
         assert!(ball.meet([1.0, 0.0, 0.0], [1.0, 0.5, 0.0], 0.0).is_none());
         let back = ball.meet([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 0.0).unwrap();
         assert_eq!((back.t, back.normal), (2.0, [1.0, 0.0, 0.0]));

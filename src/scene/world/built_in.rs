@@ -5,10 +5,7 @@ use super::bodies::{Column, Cuboid};
 use super::paint::Paint;
 
 /// The room that all worlds share: 8 wide, 5 high, 10 deep; the reference point is 2 above its floor.
-pub const ROOM: Cuboid = Cuboid {
-    low: [-4.0, -2.0, -5.0],
-    high: [4.0, 3.0, 5.0],
-};
+pub const ROOM: Cuboid = Cuboid { low: [-4.0, -2.0, -5.0], high: [4.0, 3.0, 5.0] };
 
 /// A box room without anything in it: convex, every wall seen from the reference point.
 #[must_use]
@@ -27,25 +24,13 @@ pub fn columns() -> World {
         ([-2.5, 2.4], 0.8, [0.32, 0.55, 0.30]),
         ([2.6, 2.2], 1.6, [0.62, 0.58, 0.30]),
     ] {
-        world = world.with(
-            Column {
-                axis,
-                radius: 0.55,
-                span: [-2.0, top],
-            },
-            Paint::Banded { colour },
-        );
+        world =
+            world.with(Column { axis, radius: 0.55, span: [-2.0, top] }, Paint::Banded { colour });
     }
-    for (low, high) in [
-        ([-0.5, -2.0, -4.2], [0.6, -0.6, -3.4]),
-        ([3.0, -2.0, -0.6], [3.7, 0.2, 0.5]),
-    ] {
-        world = world.with(
-            Cuboid { low, high },
-            Paint::Tiled {
-                colour: [0.55, 0.50, 0.60],
-            },
-        );
+    for (low, high) in
+        [([-0.5, -2.0, -4.2], [0.6, -0.6, -3.4]), ([3.0, -2.0, -0.6], [3.7, 0.2, 0.5])]
+    {
+        world = world.with(Cuboid { low, high }, Paint::Tiled { colour: [0.55, 0.50, 0.60] });
     }
     world
 }
@@ -55,13 +40,8 @@ pub fn columns() -> World {
 /// The wall has three blocks: left and right of the opening (1.6 wide, 3.2 high) and above it.
 #[must_use]
 pub fn doorway() -> World {
-    let mut world = World::default().with(
-        Cuboid {
-            low: [-4.0, -2.0, -12.0],
-            high: [4.0, 3.0, 5.0],
-        },
-        Paint::Room,
-    );
+    let mut world = World::default()
+        .with(Cuboid { low: [-4.0, -2.0, -12.0], high: [4.0, 3.0, 5.0] }, Paint::Room);
     for (low, high) in [
         ([-4.0, -2.0, -2.6], [-0.4, 3.0, -2.3]),
         ([1.2, -2.0, -2.6], [4.0, 3.0, -2.3]),

@@ -157,15 +157,8 @@ mod tests {
     fn all_power_arrives_wherever_a_photon_lands() {
         let mut map = LightMap::new(&[[4.0, 2.5], [1.0, 3.0]], 16.0);
         let mut sent = 0.0;
-        for (i, uv) in [
-            [0.5, 0.5],
-            [0.0, 0.0],
-            [1.0, 0.3],
-            [0.999, 1.0],
-            [0.25, 0.01],
-        ]
-        .into_iter()
-        .enumerate()
+        for (i, uv) in
+            [[0.5, 0.5], [0.0, 0.0], [1.0, 0.3], [0.999, 1.0], [0.25, 0.01]].into_iter().enumerate()
         {
             for sigma in [0.001, 0.05, 0.4] {
                 map.splat(i % 2, uv, [1.0, 2.0, 0.5], sigma);
@@ -175,10 +168,7 @@ mod tests {
         // Every texel takes a few roundings of a share, all shares of a photon add up to 1: n·2^-53 with n below 4000.
         let power = map.power();
         for (got, factor) in power.into_iter().zip([1.0, 2.0, 0.5]) {
-            assert!(
-                (got / (factor * sent) - 1.0).abs() < 4000.0 * f64::EPSILON,
-                "{got}"
-            );
+            assert!((got / (factor * sent) - 1.0).abs() < 4000.0 * f64::EPSILON, "{got}");
         }
     }
 

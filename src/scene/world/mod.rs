@@ -79,11 +79,7 @@ impl World {
     pub fn with(mut self, body: impl Body + 'static, paint: Paint) -> Self {
         let first_wall = self.walls.len();
         self.walls.extend(body.parts());
-        self.items.push(Item {
-            body: Arc::new(body),
-            paint,
-            first_wall,
-        });
+        self.items.push(Item { body: Arc::new(body), paint, first_wall });
         self
     }
 
@@ -121,9 +117,7 @@ impl World {
     pub fn glow(&self, sight: &Sight) -> [f64; 3] {
         let extent = self.walls.get(sight.wall).copied().unwrap_or([1.0; 2]);
         let glow =
-            self.items[sight.item]
-                .paint
-                .glow(sight.meeting.part, sight.meeting.place, extent);
+            self.items[sight.item].paint.glow(sight.meeting.part, sight.meeting.place, extent);
         match &self.light {
             None => glow,
             Some(light) => {
@@ -136,7 +130,6 @@ impl World {
     /// Linear RGB along a ray; black where it escapes.
     #[must_use]
     pub fn radiance(&self, origin: [f64; 3], direction: [f64; 3]) -> [f64; 3] {
-        self.look(origin, direction)
-            .map_or([0.0; 3], |sight| self.glow(&sight))
+        self.look(origin, direction).map_or([0.0; 3], |sight| self.glow(&sight))
     }
 }

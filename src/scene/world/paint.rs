@@ -140,10 +140,7 @@ fn wall(part: usize, place: [f64; 2], extent: [f64; 2], base: [f64; 3]) -> [f64;
         return panel(part, index, p, q);
     }
     if y < low {
-        return scaled(
-            tiles(place, 0.25, 0.02, mix(base, [0.8; 3], 0.35), [0.05; 3]),
-            light,
-        );
+        return scaled(tiles(place, 0.25, 0.02, mix(base, [0.8; 3], 0.35), [0.05; 3]), light);
     }
     if y < low + 0.06 {
         return [0.85, 0.80, 0.70];
@@ -157,18 +154,10 @@ fn panel(part: usize, index: f64, p: f64, q: f64) -> [f64; 3] {
     let kind = (index + part as f64).rem_euclid(3.0);
     if kind < 0.5 {
         let ring = (p * p + q * q).sqrt() * 5.0;
-        if odd(ring) {
-            [0.90, 0.88, 0.80]
-        } else {
-            [0.75, 0.05, 0.04]
-        }
+        if odd(ring) { [0.90, 0.88, 0.80] } else { [0.75, 0.05, 0.04] }
     } else if kind < 1.5 {
         let stripe = if q > 0.0 { 6.0 * p } else { 18.0 * p };
-        if odd(stripe) {
-            [0.95, 0.95, 0.95]
-        } else {
-            [0.02, 0.03, 0.10]
-        }
+        if odd(stripe) { [0.95, 0.95, 0.95] } else { [0.02, 0.03, 0.10] }
     } else {
         let sky = mix([1.2, 0.9, 0.5], [0.15, 0.35, 1.1], 0.5 + 0.5 * q);
         let sun = libm::exp(-12.0 * ((p - 0.4) * (p - 0.4) + (q - 0.3) * (q - 0.3)));
@@ -180,11 +169,7 @@ fn banded(part: usize, place: [f64; 2], extent: [f64; 2], colour: [f64; 3]) -> [
     if part > 0 {
         let reach = [0, 1].map(|i| 2.0 * place[i] / extent[i] - 1.0);
         let square = reach[0] * reach[0] + reach[1] * reach[1];
-        return if (0.3..0.6).contains(&square) {
-            [0.05, 0.05, 0.05]
-        } else {
-            [1.6, 1.3, 0.3]
-        };
+        return if (0.3..0.6).contains(&square) { [0.05, 0.05, 0.05] } else { [1.6, 1.3, 0.3] };
     }
     let [x, y] = place;
     if from_line(y, 0.5) < 0.05 {
@@ -204,12 +189,8 @@ mod tests {
         let paints = [
             Paint::Room,
             Paint::BackRoom,
-            Paint::Banded {
-                colour: [0.5, 0.4, 0.3],
-            },
-            Paint::Tiled {
-                colour: [0.2, 0.4, 0.3],
-            },
+            Paint::Banded { colour: [0.5, 0.4, 0.3] },
+            Paint::Tiled { colour: [0.2, 0.4, 0.3] },
         ];
         for paint in paints {
             for part in 0..6 {
@@ -221,10 +202,7 @@ mod tests {
                 for j in 1..400 {
                     for i in 1..600 {
                         let here = glow(i, j);
-                        assert!(
-                            here.iter().all(|c| (0.0..=8.0).contains(c)),
-                            "{paint:?} {part}"
-                        );
+                        assert!(here.iter().all(|c| (0.0..=8.0).contains(c)), "{paint:?} {part}");
                         for before in [glow(i - 1, j), glow(i, j - 1)] {
                             let step = (here[0] - before[0]).abs();
                             soft += usize::from(step > 0.0 && step < 0.02);
@@ -234,10 +212,7 @@ mod tests {
                 }
                 assert!(hard > 100, "{paint:?} {part}: {hard} edges");
                 let shaded = matches!(paint, Paint::Room | Paint::BackRoom);
-                assert!(
-                    !shaded || soft > 1000,
-                    "{paint:?} {part}: {soft} soft steps"
-                );
+                assert!(!shaded || soft > 1000, "{paint:?} {part}: {soft} soft steps");
             }
         }
     }

@@ -26,23 +26,13 @@ pub(super) fn local_frame(c: &Config) -> Parts {
     p.root(c, 2 * n + 2);
     p.shifted_register(c, Reg::FrameLength, 1, PORT);
     p.multiply(w(c, Reg::FrameLength), w(c, Reg::FrameInvLength), 1);
-    p.block(
-        c,
-        Reg::FrameScale,
-        1,
-        w(c, Reg::FrameLength) + w(c, Reg::FrameInvLength),
-    );
+    p.block(c, Reg::FrameScale, 1, w(c, Reg::FrameLength) + w(c, Reg::FrameInvLength));
     p.multiply(cross, w(c, Reg::FrameScale), 3);
     p.shifted_register(c, Reg::FrameE1, 3, cross + w(c, Reg::FrameScale));
     p.dot(n, cross, 2, 3);
     p.register(c, Reg::FrameNCross, 3);
     p.multiply(w(c, Reg::FrameNCross), w(c, Reg::FrameInvLength), 3);
-    p.shifted_register(
-        c,
-        Reg::FrameE2,
-        3,
-        w(c, Reg::FrameNCross) + w(c, Reg::FrameInvLength),
-    );
+    p.shifted_register(c, Reg::FrameE2, 3, w(c, Reg::FrameNCross) + w(c, Reg::FrameInvLength));
     p
 }
 
@@ -60,12 +50,7 @@ pub(super) fn reflect(c: &Config, bumped: bool) -> Parts {
     let mut p = Parts::default();
     let (n, v) = (w(c, Reg::ReflectN), w(c, Reg::ReflectV));
     p.block(c, Reg::ReflectV, 3, 53);
-    p.block(
-        c,
-        Reg::ReflectN,
-        3,
-        if bumped { w(c, Reg::BumpN) } else { 53 },
-    );
+    p.block(c, Reg::ReflectN, 3, if bumped { w(c, Reg::BumpN) } else { 53 });
     p.dot(n, v, 3, 1);
     p.register(c, Reg::ReflectNdotV, 1);
     p.dot(n, n, 3, 1);
@@ -84,12 +69,7 @@ pub(super) fn cube_face(c: &Config, looked_up: Reg) -> Parts {
     let mut d = w(c, looked_up);
     if c.rotation.is_some() {
         p.dot(d, rtl_model::config::ROTATION_FRAC + 2, 3, 3);
-        p.block(
-            c,
-            Reg::FaceRotated,
-            3,
-            d + rtl_model::config::ROTATION_FRAC + 4,
-        );
+        p.block(c, Reg::FaceRotated, 3, d + rtl_model::config::ROTATION_FRAC + 4);
         d = w(c, Reg::FaceRotated);
     }
     face_choice(&mut p, d);
@@ -210,12 +190,7 @@ pub(super) fn roughness(c: &Config) -> Parts {
     p.multiply(v + 1, w(c, Reg::RoughNdotE), 6);
     p.add(n + w(c, Reg::RoughVdotE) + 2, 12);
     p.register(c, Reg::RoughDvr, 6);
-    project(
-        &mut p,
-        c,
-        [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE],
-        2,
-    );
+    project(&mut p, c, [Reg::RoughDvr, Reg::RoughNumerator, Reg::RoughE], 2);
     p.multiply(w(c, Reg::RoughE), w(c, Reg::RoughScaled), 6);
     p.add(w(c, Reg::RoughE) + w(c, Reg::RoughScaled) + 1, 2);
     p.register(c, Reg::RoughB, 4);
@@ -385,9 +360,7 @@ pub(super) fn filter(c: &Config) -> Parts {
         p.multiply(kept, c.probe_weight_bits + 1, 6);
         total = kept + c.probe_weight_bits + 1;
         // One row a count, one weight a probe of half of the line.
-        let half = (1..=c.max_probes)
-            .map(|n| u64::from(n.div_ceil(2)))
-            .sum::<u64>();
+        let half = (1..=c.max_probes).map(|n| u64::from(n.div_ceil(2))).sum::<u64>();
         p.rom_bits += half * u64::from(c.probe_weight_bits + 1);
     }
     p.add(total, 6);

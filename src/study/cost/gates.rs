@@ -125,11 +125,7 @@ impl Parts {
 
     /// A look-up of a function of one argument, which comes normalised; the table's own bits and its interpolation.
     pub(super) fn table(&mut self, spec: TableSpec, two_binades: bool) {
-        let per_binade = if two_binades {
-            spec.entries / 2
-        } else {
-            spec.entries
-        };
+        let per_binade = if two_binades { spec.entries / 2 } else { spec.entries };
         let rest = PORT.saturating_sub(log2(per_binade));
         let runs = if two_binades { 2 } else { 1 };
         let entries = match spec.order {
@@ -254,11 +250,7 @@ mod tests {
         // 16 bits to 8 by full adders alone.
         let mut parts = Parts::default();
         parts.multiply(4, 4, 1);
-        let cells = Cells {
-            and2: 1.0,
-            full_adder: 100.0,
-            ..Cells::default()
-        };
+        let cells = Cells { and2: 1.0, full_adder: 100.0, ..Cells::default() };
         assert!((parts.logic(&cells) - (16.0 + 8.0 * 100.0)).abs() < 1e-9);
         assert_eq!((parts.multiplier_bits(), parts.multiplier_count()), (16, 1));
     }

@@ -11,55 +11,22 @@ use crate::study::read::Reader;
 use crate::unit::file;
 
 /// A knob: its table, its key, and what it says.
-type Knob = (
-    &'static str,
-    &'static str,
-    &'static str,
-    fn(&mut CostModel) -> &mut f64,
-);
+type Knob = (&'static str, &'static str, &'static str, fn(&mut CostModel) -> &mut f64);
 
 /// Knobs that are any number above 0.
 const KNOBS: &[Knob] = &[
     ("cells", "and2", "two-input AND", |m| &mut m.cells.and2),
-    (
-        "cells",
-        "half_adder",
-        "half adder: a bit of a rounding's carry",
-        |m| &mut m.cells.half_adder,
-    ),
-    ("cells", "full_adder", "full adder", |m| {
-        &mut m.cells.full_adder
+    ("cells", "half_adder", "half adder: a bit of a rounding's carry", |m| &mut m.cells.half_adder),
+    ("cells", "full_adder", "full adder", |m| &mut m.cells.full_adder),
+    ("cells", "mux2", "two-way multiplexer", |m| &mut m.cells.mux2),
+    ("cells", "flip_flop", "D flip-flop", |m| &mut m.cells.flip_flop),
+    ("cells", "rom_bit", "bit of a table", |m| &mut m.cells.rom_bit),
+    ("cells", "zero_count_bit", "bit of a leading-zero counter", |m| &mut m.cells.zero_count_bit),
+    ("intervals", "front", "cycles from fragment to fragment in front of the probes", |m| {
+        &mut m.front_interval
     }),
-    ("cells", "mux2", "two-way multiplexer", |m| {
-        &mut m.cells.mux2
-    }),
-    ("cells", "flip_flop", "D flip-flop", |m| {
-        &mut m.cells.flip_flop
-    }),
-    ("cells", "rom_bit", "bit of a table", |m| {
-        &mut m.cells.rom_bit
-    }),
-    (
-        "cells",
-        "zero_count_bit",
-        "bit of a leading-zero counter",
-        |m| &mut m.cells.zero_count_bit,
-    ),
-    (
-        "intervals",
-        "front",
-        "cycles from fragment to fragment in front of the probes",
-        |m| &mut m.front_interval,
-    ),
-    ("intervals", "probe", "cycles a trilinear probe", |m| {
-        &mut m.probe_interval
-    }),
-    (
-        "intervals",
-        "look_up",
-        "cycles a look-up of the search",
-        |m| &mut m.look_up_interval,
-    ),
+    ("intervals", "probe", "cycles a trilinear probe", |m| &mut m.probe_interval),
+    ("intervals", "look_up", "cycles a look-up of the search", |m| &mut m.look_up_interval),
 ];
 
 impl CostModel {
@@ -81,13 +48,8 @@ impl CostModel {
     /// Whatever in it is not as it should be, with line and column.
     pub fn parse(subject: &str, text: &str) -> Result<Self, InputError> {
         let table = DeTable::parse(text).map_err(|e| {
-            InputError::new(
-                subject,
-                "TOML",
-                e.message(),
-                "`tapline cost show` prints a cost file",
-            )
-            .at(file::place(text, e.span().map_or(0, |s| s.start)))
+            InputError::new(subject, "TOML", e.message(), "`tapline cost show` prints a cost file")
+                .at(file::place(text, e.span().map_or(0, |s| s.start)))
         })?;
         let r = Reader::new(subject, text);
         let root = table.get_ref();

@@ -135,11 +135,7 @@ impl CostModel {
         stages.push((Stage::Address, address));
         stages.push((Stage::Filter, env::filter(c)));
         stages.sort_by_key(|(stage, _)| *stage);
-        Sheet {
-            stages,
-            unmodelled,
-            operation,
-        }
+        Sheet { stages, unmodelled, operation }
     }
 
     /// Cycles a fragment takes in the long run: the slowest of what works side by side.
@@ -150,9 +146,7 @@ impl CostModel {
             Operation::Hit => (look_ups + 2.0) * self.look_up_interval,
             Operation::Env(_) | Operation::Tex => 0.0,
         };
-        self.front_interval
-            .max(probes * self.probe_interval)
-            .max(search)
+        self.front_interval.max(probes * self.probe_interval).max(search)
     }
 }
 

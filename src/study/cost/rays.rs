@@ -10,12 +10,7 @@ use super::gates::{PORT, Parts};
 /// A look-up of a distance: direction to face, texel coordinates, and between four texels.
 fn look_up(p: &mut Parts, c: &Config) {
     if c.rotation.is_some() {
-        p.dot(
-            w(c, Reg::HitLookUp),
-            rtl_model::config::ROTATION_FRAC + 2,
-            3,
-            3,
-        );
+        p.dot(w(c, Reg::HitLookUp), rtl_model::config::ROTATION_FRAC + 2, 3, 3);
     }
     let q = w(c, Reg::HitLookUp);
     p.block(c, Reg::HitLookUp, 3, w(c, Reg::HitL));
@@ -39,12 +34,7 @@ fn look_up(p: &mut Parts, c: &Config) {
 /// The search. Its loop is one circuit: a look-up, a ratio, a step and the next point, used once a look-up.
 pub(super) fn hit(c: &Config) -> Parts {
     let mut p = Parts::default();
-    let (x, r, l, d) = (
-        w(c, Reg::HitX),
-        w(c, Reg::HitR),
-        w(c, Reg::HitL),
-        w(c, Reg::HitD),
-    );
+    let (x, r, l, d) = (w(c, Reg::HitX), w(c, Reg::HitR), w(c, Reg::HitL), w(c, Reg::HitD));
     let direction = w(c, Reg::HitDirection);
     p.shifted_register(c, Reg::HitX, 3, 53);
     p.block(c, Reg::HitDirection, 3, 53);
@@ -62,12 +52,7 @@ pub(super) fn hit(c: &Config) -> Parts {
     p.block(c, Reg::HitInvRadius, 1, PORT);
     p.multiply(w(c, Reg::HitLength), w(c, Reg::HitInvRadius), 1);
     let ratio = w(c, Reg::HitRatio);
-    p.shifted_register(
-        c,
-        Reg::HitRatio,
-        1,
-        w(c, Reg::HitLength) + w(c, Reg::HitInvRadius),
-    );
+    p.shifted_register(c, Reg::HitRatio, 1, w(c, Reg::HitLength) + w(c, Reg::HitInvRadius));
     // Comparisons with 1 ± τ; the first d, and eq. 2's step, which is the same product.
     p.add(ratio, 2);
     p.multiply(w(c, Reg::HitRadius), ratio, 1);
@@ -144,12 +129,7 @@ fn plane(p: &mut Parts, c: &Config) {
     p.dot(n, t, 3, 2);
     p.register(c, Reg::HitAlong, 2);
     p.multiply(w(c, Reg::HitAlong), w(c, Reg::HitInvCosine), 2);
-    p.shifted_register(
-        c,
-        Reg::HitSlope,
-        2,
-        w(c, Reg::HitAlong) + w(c, Reg::HitInvCosine),
-    );
+    p.shifted_register(c, Reg::HitSlope, 2, w(c, Reg::HitAlong) + w(c, Reg::HitInvCosine));
     p.multiply(r, w(c, Reg::HitSlope), 6);
     p.add(r + w(c, Reg::HitSlope) + 1, 6);
     p.register(c, Reg::HitTangent, 6);
@@ -195,12 +175,7 @@ fn multiply_add(p: &mut Parts, a: u32, b: u32) {
 pub(super) fn surface_footprint(c: &Config) -> Parts {
     let mut p = Parts::default();
     let port = 53;
-    for reg in [
-        Reg::SurfDirection,
-        Reg::SurfNormal,
-        Reg::SurfDpDs,
-        Reg::SurfDpDt,
-    ] {
+    for reg in [Reg::SurfDirection, Reg::SurfNormal, Reg::SurfDpDs, Reg::SurfDpDt] {
         p.block(c, reg, 3, port);
     }
     p.block(c, Reg::SurfEdge, 4, port);
@@ -208,10 +183,7 @@ pub(super) fn surface_footprint(c: &Config) -> Parts {
         p.shifted_register(c, reg, 1, port);
     }
     let (d, n, cross) = (w(c, Reg::SurfD), w(c, Reg::SurfN), w(c, Reg::SurfCross));
-    for (input, out) in [
-        (Reg::SurfDirection, Reg::SurfD),
-        (Reg::SurfNormal, Reg::SurfN),
-    ] {
+    for (input, out) in [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)] {
         let v = w(c, input);
         p.dot(v, v, 3, 1);
         p.reciprocal_root(c, 2 * v + 2);
@@ -238,23 +210,13 @@ pub(super) fn surface_footprint(c: &Config) -> Parts {
     p.multiply(width, w(c, Reg::SurfInvCosine), 1);
     p.block(c, Reg::SurfStretch, 1, width + w(c, Reg::SurfInvCosine));
     p.multiply(w(c, Reg::SurfAlong), w(c, Reg::SurfStretch), 3);
-    p.shifted_register(
-        c,
-        Reg::SurfDpDx,
-        3,
-        w(c, Reg::SurfAlong) + w(c, Reg::SurfStretch),
-    );
+    p.shifted_register(c, Reg::SurfDpDx, 3, w(c, Reg::SurfAlong) + w(c, Reg::SurfStretch));
     p.multiply(w(c, Reg::SurfAcross), width, 3);
     p.shifted_register(c, Reg::SurfDpDy, 3, w(c, Reg::SurfAcross) + width);
     gradients(&mut p, c);
     p.dot(w(c, Reg::SurfDpDx), w(c, Reg::SurfGradS), 3, 2);
     p.dot(w(c, Reg::SurfDpDy), w(c, Reg::SurfGradT), 3, 2);
-    p.block(
-        c,
-        Reg::SurfBarycentric,
-        4,
-        w(c, Reg::SurfDpDx) + w(c, Reg::SurfGradS) + 2,
-    );
+    p.block(c, Reg::SurfBarycentric, 4, w(c, Reg::SurfDpDx) + w(c, Reg::SurfGradS) + 2);
     p.dot(w(c, Reg::SurfBarycentric), w(c, Reg::SurfEdge), 2, 4);
     let exact = w(c, Reg::SurfBarycentric) + w(c, Reg::SurfEdge) + 1;
     p.block(c, Reg::SurfDdx, 2, exact);

@@ -24,11 +24,7 @@ pub struct Cache {
 
 impl Default for Cache {
     fn default() -> Self {
-        Self {
-            bytes: 16 << 10,
-            ways: 4,
-            line_bytes: 64,
-        }
+        Self { bytes: 16 << 10, ways: 4, line_bytes: 64 }
     }
 }
 
@@ -55,9 +51,7 @@ pub fn texel_bytes(config: &Config) -> usize {
         TexelFormat::Half => 8,
         TexelFormat::Q => {
             let bits = 3 * (config.texel_int + config.texel_frac);
-            usize::try_from(bits.div_ceil(8))
-                .unwrap_or(16)
-                .next_power_of_two()
+            usize::try_from(bits.div_ceil(8)).unwrap_or(16).next_power_of_two()
         }
     }
 }
@@ -82,19 +76,13 @@ impl Maps {
     #[must_use]
     pub fn cube(map: &CubeMap) -> Self {
         // A border texel counts as the nearest one of the same face.
-        Self(vec![(
-            6,
-            map.levels.iter().map(|l| [l.size; 2]).collect(),
-            [Wrap::Clamp; 2],
-        )])
+        Self(vec![(6, map.levels.iter().map(|l| [l.size; 2]).collect(), [Wrap::Clamp; 2])])
     }
 
     /// 2-D textures, and behind them the environment.
     #[must_use]
     pub fn planar(textures: &[PlanarMap], wrap: [Wrap; 2], sky: &CubeMap) -> Self {
-        let flat = textures
-            .iter()
-            .map(|t| (1, t.levels.iter().map(|l| l.size).collect(), wrap));
+        let flat = textures.iter().map(|t| (1, t.levels.iter().map(|l| l.size).collect(), wrap));
         Self(flat.chain(Self::cube(sky).0).collect())
     }
 }
@@ -115,11 +103,7 @@ impl TexelUse {
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "counts become a share")]
     pub fn hit_share(&self) -> f64 {
-        if self.requests == 0 {
-            1.0
-        } else {
-            self.hits as f64 / self.requests as f64
-        }
+        if self.requests == 0 { 1.0 } else { self.hits as f64 / self.requests as f64 }
     }
 }
 
@@ -229,16 +213,8 @@ impl Walk {
 pub(in crate::study) fn key(probes: u64, config: &Config) -> u64 {
     use rtl_model::regs::Reg;
     let mut hasher = StepHasher::default();
-    (
-        probes,
-        texel_bytes(config),
-        config.lod_bits,
-        config.weight_bits,
-    )
-        .hash(&mut hasher);
-    [Reg::AddrU, Reg::AddrV, Reg::AddrS]
-        .map(|reg| config.format(reg))
-        .hash(&mut hasher);
+    (probes, texel_bytes(config), config.lod_bits, config.weight_bits).hash(&mut hasher);
+    [Reg::AddrU, Reg::AddrV, Reg::AddrS].map(|reg| config.format(reg)).hash(&mut hasher);
     // Probes beyond an edge come back through the reciprocal.
     (config.tables.recip, config.tex.wrap).hash(&mut hasher);
     hasher.finish()
@@ -251,67 +227,29 @@ mod tests {
     use crate::image::mips::build_mips;
 
     fn corner(level: usize, texel: [usize; 2]) -> Corner {
-        Corner {
-            face: 0,
-            level,
-            texel,
-        }
+        Corner { face: 0, level, texel }
     }
 
     #[test]
     fn a_cache_hits_what_it_has_and_drops_what_was_used_longest_ago() {
-        let map = build_mips(CubeLevel {
-            size: 256,
-            texels: vec![[0.0; 3]; 6 * 256 * 256],
-        });
+        let map = build_mips(CubeLevel { size: 256, texels: vec![[0.0; 3]; 6 * 256 * 256] });
         // Two lines a set, one set: texels of 8 bytes, lines of 4 × 2.
-        let cache = Cache {
-            bytes: 128,
-            ways: 2,
-            line_bytes: 64,
-        };
+        let cache = Cache { bytes: 128, ways: 2, line_bytes: 64 };
         assert!(cache.is_possible());
         let mut walk = Walk::new(Maps::cube(&map), &cache, &Config::default());
         // Inside one block: one request.
         walk.touch(0, corner(0, [1, 1]));
-        assert_eq!(
-            walk.found,
-            TexelUse {
-                tiles: 0,
-                requests: 1,
-                hits: 0
-            }
-        );
+        assert_eq!(walk.found, TexelUse { tiles: 0, requests: 1, hits: 0 });
         walk.touch(0, corner(0, [2, 1]));
-        assert_eq!(
-            walk.found,
-            TexelUse {
-                tiles: 0,
-                requests: 2,
-                hits: 1
-            }
-        );
+        assert_eq!(walk.found, TexelUse { tiles: 0, requests: 2, hits: 1 });
         // Two other blocks push it out.
         walk.touch(0, corner(0, [9, 1]));
         walk.touch(0, corner(0, [17, 1]));
         walk.touch(0, corner(0, [1, 1]));
-        assert_eq!(
-            walk.found,
-            TexelUse {
-                tiles: 0,
-                requests: 5,
-                hits: 1
-            }
-        );
+        assert_eq!(walk.found, TexelUse { tiles: 0, requests: 5, hits: 1 });
         // Across a tile's corner: four tiles, the first one known.
         walk.touch(0, corner(0, [64, 64]));
         assert_eq!(walk.finish().tiles, 4);
-        assert!(
-            !Cache {
-                bytes: 100,
-                ..cache
-            }
-            .is_possible()
-        );
+        assert!(!Cache { bytes: 100, ..cache }.is_possible());
     }
 }

@@ -29,12 +29,7 @@ const BOTTOM: f64 = 52.0;
 
 /// Where a row was measured.
 fn place(row: &Value) -> String {
-    let size: Vec<String> = row["size"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(text)
-        .collect();
+    let size: Vec<String> = row["size"].as_array().into_iter().flatten().map(text).collect();
     let mut out = format!("{}, {}", text(&row["scene"]), size.join(" × "));
     for (name, key) in [("", "env"), ("face size ", "face_size")] {
         if !row[key].is_null() {
@@ -115,18 +110,13 @@ fn frame(svg: &mut Svg, x: &Scale, y: &Scale, names: [&str; 2], title: &str) {
 /// Error against cost.
 fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> Option<Chart> {
     let varies = |name: &str| {
-        let mut seen: Vec<u64> = rows
-            .iter()
-            .filter_map(|(r, _)| figure(r, name))
-            .map(f64::to_bits)
-            .collect();
+        let mut seen: Vec<u64> =
+            rows.iter().filter_map(|(r, _)| figure(r, name)).map(f64::to_bits).collect();
         seen.sort_unstable();
         seen.dedup();
         seen.len() > 1
     };
-    let cost = ["gates", "cycles_per_fragment"]
-        .into_iter()
-        .find(|name| varies(name))?;
+    let cost = ["gates", "cycles_per_fragment"].into_iter().find(|name| varies(name))?;
     let scale = if cost == "gates" { 1e-3 } else { 1.0 };
     let mut points: Vec<([f64; 2], &Value, bool)> = rows
         .iter()
@@ -153,11 +143,7 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
     );
     let mut svg = Svg::new(WIDTH, HEIGHT);
     frame(&mut svg, &x, &y, [label(cost), label(error)], here);
-    let mut steps: Vec<[f64; 2]> = points
-        .iter()
-        .filter(|(.., on)| *on)
-        .map(|(p, ..)| *p)
-        .collect();
+    let mut steps: Vec<[f64; 2]> = points.iter().filter(|(.., on)| *on).map(|(p, ..)| *p).collect();
     steps.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut best: Option<f64> = None;
     let mut line = Vec::new();
@@ -182,13 +168,7 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
             tick(p[0])
         );
         let (radius, class) = if *on { (5.0, "f") } else { (3.5, "o") };
-        svg.dot(
-            [x.at(p[0]), y.at(value(p[1]))],
-            radius,
-            class,
-            &text(&row["row"]),
-            &title,
-        );
+        svg.dot([x.at(p[0]), y.at(value(p[1]))], radius, class, &text(&row["row"]), &title);
     }
     Some(Chart {
         place: here.into(),
@@ -196,11 +176,7 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
         svg: svg.finish(&format!("frontier of {here}")),
         caption: format!(
             "Each dot is a unit. Orange: on the frontier. The line joins what a given cost buys at best; {} and to the left is better.",
-            if larger_is_better(error) {
-                "up"
-            } else {
-                "down"
-            }
+            if larger_is_better(error) { "up" } else { "down" }
         ),
     })
 }
@@ -247,10 +223,7 @@ fn effect(
         None => ((0..groups.len()).map(|i| i as f64).collect(), false),
     };
     let named = groups.iter().any(|(name, _)| name.parse::<f64>().is_err());
-    let all: Vec<f64> = groups
-        .iter()
-        .flat_map(|(_, ys)| ys.iter().copied())
-        .collect();
+    let all: Vec<f64> = groups.iter().flat_map(|(_, ys)| ys.iter().copied()).collect();
     let x = Scale::new(&positions, log, LEFT, WIDTH - 14.0);
     let y = Scale::new(&all, false, HEIGHT - BOTTOM, 30.0);
     let mut svg = Svg::new(WIDTH, HEIGHT);
@@ -261,11 +234,7 @@ fn effect(
         lower.push([x.at(*at), y.at(ys[0])]);
         middle.push([x.at(*at), y.at(ys[ys.len() / 2])]);
     }
-    let scale = if named {
-        Scale::new(&[], false, LEFT, WIDTH - 14.0)
-    } else {
-        x.clone()
-    };
+    let scale = if named { Scale::new(&[], false, LEFT, WIDTH - 14.0) } else { x.clone() };
     frame(&mut svg, &scale, &y, [axis, label(error)], here);
     if named {
         // Names instead of numbers: the frame's own are covered.
@@ -283,23 +252,15 @@ fn effect(
         .chain(lower.iter().rev())
         .map(|p| format!("{},{}", super::svg::n(p[0]), super::svg::n(p[1])))
         .collect();
-    svg.raw(&format!(
-        "<polygon class=\"band\" points=\"{}\"/>",
-        band.join(" ")
-    ));
+    svg.raw(&format!("<polygon class=\"band\" points=\"{}\"/>", band.join(" ")));
     svg.polyline(&middle, "b");
     for (p, (name, ys)) in middle.iter().zip(&groups) {
-        let title = format!(
-            "{axis} = {name}: median {} of {} units",
-            tick(ys[ys.len() / 2]),
-            ys.len()
-        );
+        let title =
+            format!("{axis} = {name}: median {} of {} units", tick(ys[ys.len() / 2]), ys.len());
         svg.dot(*p, 4.0, "r", "", &title);
     }
-    let stem: String = axis
-        .chars()
-        .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
-        .collect();
+    let stem: String =
+        axis.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     Some(Chart {
         place: here.into(),
         file: format!("{stem}-{number}.svg"),

@@ -58,10 +58,7 @@ pub fn gather(
         let pixels = s.scene.rays.iter().map(|r| r.pixel);
         let size = [s.scene.width, s.scene.height];
         let numbers = searches.iterations.iter().map(|n| f64::from(*n));
-        pictures.push((
-            "look-ups, dark 0, white most",
-            png(&ramp(size, pixels.zip(numbers)), 0.0),
-        ));
+        pictures.push(("look-ups, dark 0, white most", png(&ramp(size, pixels.zip(numbers)), 0.0)));
     }
     if let Some(used) = &rendering.texture_use {
         pictures.push(("levels of detail", png(&used.levels, 0.0)));
@@ -114,14 +111,12 @@ fn ramp(size: [usize; 2], numbers: impl Iterator<Item = ([u32; 2], f64)>) -> Pic
 /// Probes of each pixel's first request.
 fn counts(bench: &Bench) -> Option<Picture> {
     let (pixels, size): (Vec<[u32; 2]>, _) = match bench.scene() {
-        Scene::Env(s) => (
-            s.scene.fragments.iter().map(|f| f.pixel).collect(),
-            [s.scene.width, s.scene.height],
-        ),
-        Scene::Hit(s) => (
-            s.scene.rays.iter().map(|r| r.pixel).collect(),
-            [s.scene.width, s.scene.height],
-        ),
+        Scene::Env(s) => {
+            (s.scene.fragments.iter().map(|f| f.pixel).collect(), [s.scene.width, s.scene.height])
+        }
+        Scene::Hit(s) => {
+            (s.scene.rays.iter().map(|r| r.pixel).collect(), [s.scene.width, s.scene.height])
+        }
         Scene::Tex(_) => return None,
     };
     let mut probes = Vec::new();
@@ -132,10 +127,7 @@ fn counts(bench: &Bench) -> Option<Picture> {
 /// The pixel with the longest probe line of several probes.
 fn longest(bench: &mut Bench, settings: &Settings, how: &Measuring) -> Option<[u32; 2]> {
     let lines = bench.reference_lines(settings, &how.truth).to_vec();
-    let best = lines
-        .iter()
-        .enumerate()
-        .filter(|(_, l)| (4..=12).contains(&l.probes));
+    let best = lines.iter().enumerate().filter(|(_, l)| (4..=12).contains(&l.probes));
     let (index, _) = best.max_by(|a, b| {
         (a.1.texels[0] / a.1.texels[1].max(1.0))
             .total_cmp(&(b.1.texels[0] / b.1.texels[1].max(1.0)))
@@ -163,16 +155,10 @@ fn attribution(
         Ok(())
     };
     add("the unit", spec, bench)?;
-    let stages = how
-        .cost
-        .sheet(&spec.config, bench.scene().operation())
-        .stages;
+    let stages = how.cost.sheet(&spec.config, bench.scene().operation()).stages;
     for (stage, _) in stages {
         let mut longer = spec.clone();
-        for reg in Reg::ALL
-            .iter()
-            .filter(|reg| reg.info().stage == stage.name())
-        {
+        for reg in Reg::ALL.iter().filter(|reg| reg.info().stage == stage.name()) {
             for bits in [8, 6, 4, 2, 1] {
                 let mut tried = longer.clone();
                 tried.config.formats[reg.index()].frac += bits;
@@ -194,12 +180,7 @@ fn attribution(
     }
     let mut larger = spec.clone();
     let tables = &mut larger.config.tables;
-    for table in [
-        &mut tables.recip,
-        &mut tables.rsqrt,
-        &mut tables.sqrt,
-        &mut tables.log2,
-    ] {
+    for table in [&mut tables.recip, &mut tables.rsqrt, &mut tables.sqrt, &mut tables.log2] {
         (table.entries, table.order, table.frac) = (256, 2, 26);
     }
     if check(&larger).is_ok() {

@@ -94,9 +94,8 @@ pub(super) fn draw(view: &Value) -> String {
     for (i, line) in lines.iter().enumerate() {
         svg.text([SIDE + 10.0, 20.0 + 18.0 * i as f64], "s", line);
     }
-    for (i, (class, name)) in [("exact", "exact axis"), ("table", "the unit's axis")]
-        .iter()
-        .enumerate()
+    for (i, (class, name)) in
+        [("exact", "exact axis"), ("table", "the unit's axis")].iter().enumerate()
     {
         let y = 130.0 + 20.0 * i as f64;
         svg.line([SIDE + 10.0, y], [SIDE + 34.0, y], class);

@@ -65,10 +65,7 @@ pub fn page(results: &Results, details: Option<&Value>) -> (String, Vec<(String,
     // `<` must not end the script early.
     let data = Value::Array(rows).to_string().replace('<', "\\u003c");
     out += &format!("<script type=\"application/json\" id=\"rows\">{data}</script>\n");
-    out += &format!(
-        "<script>\n{}</script>\n</body>\n</html>\n",
-        include_str!("page.js")
-    );
+    out += &format!("<script>\n{}</script>\n</body>\n</html>\n", include_str!("page.js"));
     (out, files)
 }
 
@@ -81,11 +78,7 @@ fn slim(row: &Value) -> Value {
 fn text(value: &Value) -> String {
     value.as_str().map_or_else(
         || {
-            if value.is_null() {
-                String::new()
-            } else {
-                value.to_string()
-            }
+            if value.is_null() { String::new() } else { value.to_string() }
         },
         String::from,
     )
@@ -94,17 +87,9 @@ fn text(value: &Value) -> String {
 fn introduction(header: &Value, results: &Results, on_front: &[bool]) -> String {
     let rows = results.rows.len();
     let count = on_front.iter().filter(|on| **on).count();
-    let refused = results
-        .rows
-        .iter()
-        .filter(|r| r["refused"].is_string())
-        .count();
-    let axes: Vec<String> = header["axes"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|a| text(&a[0]))
-        .collect();
+    let refused = results.rows.iter().filter(|r| r["refused"].is_string()).count();
+    let axes: Vec<String> =
+        header["axes"].as_array().into_iter().flatten().map(|a| text(&a[0])).collect();
     let mut out = format!(
         "<p>Each dot is a texture unit: the same scenes, rendered by a bit-accurate model of the unit, and compared with \
         the same algorithm in floating point. This study varies {}. It has {rows} rows, {count} of them on a frontier: \
@@ -132,10 +117,7 @@ fn introduction(header: &Value, results: &Results, on_front: &[bool]) -> String 
         ("seed", "seed"),
         ("points by", "mode"),
     ] {
-        out += &format!(
-            "<div><dt>{name}</dt><dd>{}</dd></div>",
-            escape(&text(&header[key]))
-        );
+        out += &format!("<div><dt>{name}</dt><dd>{}</dd></div>", escape(&text(&header[key])));
     }
     out + "</dl>\n"
 }
@@ -143,14 +125,8 @@ fn introduction(header: &Value, results: &Results, on_front: &[bool]) -> String 
 /// What a unit of a row changes, in words.
 pub(super) fn setting(row: &Value) -> String {
     let set = row["set"].as_object().into_iter().flatten();
-    let parts: Vec<String> = set
-        .map(|(path, value)| format!("{path} = {}", text(value)))
-        .collect();
-    if parts.is_empty() {
-        "the unit itself".into()
-    } else {
-        parts.join(", ")
-    }
+    let parts: Vec<String> = set.map(|(path, value)| format!("{path} = {}", text(value))).collect();
+    if parts.is_empty() { "the unit itself".into() } else { parts.join(", ") }
 }
 
 /// A figure as a table shows it.
@@ -193,21 +169,13 @@ fn table(results: &Results, on_front: &[bool]) -> String {
             "Those on a frontier come first, in bold.".into()
         }
     );
-    for name in axes
-        .iter()
-        .map(String::as_str)
-        .chain(columns.iter().copied())
-    {
+    for name in axes.iter().map(String::as_str).chain(columns.iter().copied()) {
         out += &format!("<th>{}</th>", escape(name));
     }
     out += "</tr></thead>\n<tbody>\n";
     for index in order.into_iter().take(MOST_ROWS) {
         let row = &results.rows[index];
-        let class = if on_front[index] {
-            " class=\"front\""
-        } else {
-            ""
-        };
+        let class = if on_front[index] { " class=\"front\"" } else { "" };
         out += &format!(
             "<tr{class} data-row=\"{}\"><td>{}</td><td>{}</td>",
             text(&row["row"]),
@@ -237,11 +205,7 @@ fn columns(header: &Value) -> String {
     let mut out = String::from("<section><h2>Figures</h2>\n<dl class=\"columns\">\n");
     for column in header["columns"].as_array().into_iter().flatten() {
         let unit = text(&column["unit"]);
-        let unit = if unit.is_empty() {
-            unit
-        } else {
-            format!(" ({unit})")
-        };
+        let unit = if unit.is_empty() { unit } else { format!(" ({unit})") };
         out += &format!(
             "<dt><code>{}</code>{}</dt><dd>{}</dd>\n",
             escape(&text(&column["name"])),

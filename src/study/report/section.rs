@@ -26,14 +26,9 @@ pub(super) fn section(detail: &Value) -> (String, Vec<(String, String)>) {
     }
     out += "</div>\n<h3>Ladder</h3>\n<table class=\"rows\"><thead><tr><th>pair</th><th>PSNR (dB)</th><th>largest (8-bit steps)</th><th>beyond one step (%)</th></tr></thead><tbody>\n";
     for pair in detail["ladder"].as_array().into_iter().flatten() {
-        let number = |key: &str| {
-            pair[key]
-                .as_f64()
-                .map_or("equal".into(), |x| significant(x, 4))
-        };
-        let share = pair["share_over_1_lsb8"]
-            .as_f64()
-            .map_or(String::new(), |x| significant(100.0 * x, 3));
+        let number = |key: &str| pair[key].as_f64().map_or("equal".into(), |x| significant(x, 4));
+        let share =
+            pair["share_over_1_lsb8"].as_f64().map_or(String::new(), |x| significant(100.0 * x, 3));
         out += &format!(
             "<tr><td>{} – {}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{share}</td></tr>\n",
             text(&pair["a"]),

@@ -15,19 +15,12 @@ pub(super) struct Svg {
 pub(super) fn n(x: f64) -> String {
     let text = format!("{x:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
+    if text == "-0" { "0".into() } else { text.into() }
 }
 
 impl Svg {
     pub(super) fn new(width: f64, height: f64) -> Self {
-        Self {
-            size: [width, height],
-            body: String::new(),
-        }
+        Self { size: [width, height], body: String::new() }
     }
 
     pub(super) fn raw(&mut self, element: &str) {
@@ -48,15 +41,10 @@ impl Svg {
     }
 
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], class: &str) {
-        let points: Vec<String> = points
-            .iter()
-            .map(|p| format!("{},{}", n(p[0]), n(p[1])))
-            .collect();
-        let _ = writeln!(
-            self.body,
-            "<polyline class=\"{class}\" points=\"{}\"/>",
-            points.join(" ")
-        );
+        let points: Vec<String> =
+            points.iter().map(|p| format!("{},{}", n(p[0]), n(p[1]))).collect();
+        let _ =
+            writeln!(self.body, "<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "));
     }
 
     pub(super) fn text(&mut self, at: [f64; 2], class: &str, text: &str) {
@@ -111,25 +99,13 @@ impl Scale {
     pub(super) fn new(values: &[f64], log: bool, from: f64, to: f64) -> Self {
         let map = |x: f64| if log { libm::log2(x) } else { x };
         let finite = || values.iter().copied().filter(|x| x.is_finite()).map(map);
-        let (mut low, mut high) = (
-            finite().fold(f64::INFINITY, f64::min),
-            finite().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let (mut low, mut high) =
+            (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
         if low > high {
             (low, high) = (0.0, 1.0);
         }
-        let room = if high > low {
-            (high - low) / 20.0
-        } else {
-            low.abs().max(1.0) / 20.0
-        };
-        Self {
-            low: low - room,
-            high: high + room,
-            log,
-            from,
-            to,
-        }
+        let room = if high > low { (high - low) / 20.0 } else { low.abs().max(1.0) / 20.0 };
+        Self { low: low - room, high: high + room, log, from, to }
     }
 
     pub(super) fn at(&self, x: f64) -> f64 {
@@ -159,10 +135,7 @@ impl Scale {
         }
         let step = self.step();
         let first = (self.low / step).ceil();
-        (0..20)
-            .map(|i| (first + f64::from(i)) * step)
-            .take_while(|x| *x <= self.high)
-            .collect()
+        (0..20).map(|i| (first + f64::from(i)) * step).take_while(|x| *x <= self.high).collect()
     }
 
     /// A tick's number, with as many places as neighbours need to differ.

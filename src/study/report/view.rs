@@ -47,20 +47,8 @@ pub(super) fn view(
                 return Ok(None);
             };
             let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
-            rtl(
-                &engine.unit,
-                &engine.config,
-                &fragment.fragment,
-                Some(&engine.texture),
-                &mut mine,
-            );
-            let found = env(
-                &prepared,
-                &fragment.fragment,
-                s.map.size(),
-                None,
-                &mut theirs,
-            );
+            rtl(&engine.unit, &engine.config, &fragment.fragment, Some(&engine.texture), &mut mine);
+            let found = env(&prepared, &fragment.fragment, s.map.size(), None, &mut theirs);
             Request::on_cube(mine, theirs, &s.map, &found)
         }
         Scene::Hit(s) => {
@@ -94,14 +82,8 @@ pub(super) fn view(
             let map = &s.scene.textures[look.texture];
             let wrap = settings.tex.wrap;
             let planar = PlanarTexture::new(map, wrap);
-            let found = tex(
-                &prepared,
-                width,
-                &look.fragment,
-                map.size(),
-                Some(&planar),
-                &mut theirs,
-            );
+            let found =
+                tex(&prepared, width, &look.fragment, map.size(), Some(&planar), &mut theirs);
             let texel = move |level: usize, at: [i64; 2]| {
                 let level = &map.levels[level];
                 let [x, y] = [0, 1].map(|i| wrap[i].texel(at[i], level.size[i]));
@@ -173,14 +155,10 @@ impl Request<'_> {
                 })
                 .collect()
         };
-        let exact_probes = probes(
-            self.float.get(Reg::AddrU).len(),
-            [0, 1].map(|c| self.float(Reg::FootStep, c)),
-        );
-        let mine = probes(
-            self.rtl.get(Reg::AddrU).len(),
-            [0, 1].map(|c| self.mine(Reg::FootStep, c)),
-        );
+        let exact_probes =
+            probes(self.float.get(Reg::AddrU).len(), [0, 1].map(|c| self.float(Reg::FootStep, c)));
+        let mine =
+            probes(self.rtl.get(Reg::AddrU).len(), [0, 1].map(|c| self.mine(Reg::FootStep, c)));
         let exact = [0, 1].map(|c| self.float(Reg::EigenAxis, c));
         let table = [0, 1].map(|c| self.mine(Reg::EigenAxis, c));
         let sine = exact[0] * table[1] - exact[1] * table[0];

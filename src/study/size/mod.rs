@@ -37,9 +37,7 @@ impl Goal {
     #[must_use]
     pub fn holds(&self, pair: &Pair) -> bool {
         self.max_lsb8.is_none_or(|most| pair.max_lsb8 <= most)
-            && self
-                .psnr_db
-                .is_none_or(|least| pair.psnr_db.is_none_or(|db| db >= least))
+            && self.psnr_db.is_none_or(|least| pair.psnr_db.is_none_or(|db| db >= least))
             && self.share.is_none_or(|most| pair.share_over_1_lsb8 <= most)
     }
 }
@@ -130,9 +128,7 @@ impl Search<'_> {
         self.trials += 1;
         let (rendering, ..) = self.bench.render(spec, &settings, true)?;
         let truth = TruthOptions::default();
-        let reference = self
-            .bench
-            .reference_picture(crate::engine::Rung::F64, &settings, &truth);
+        let reference = self.bench.reference_picture(crate::engine::Rung::F64, &settings, &truth);
         metrics::compare(&rendering.picture, reference, self.options.exposure)
     }
 
@@ -144,9 +140,7 @@ impl Search<'_> {
 
     fn gates(&self, spec: &UnitSpec) -> f64 {
         let cost = &self.options.cost;
-        cost.sheet(&spec.config, self.bench.scene().operation())
-            .total()
-            .gates(&cost.cells)
+        cost.sheet(&spec.config, self.bench.scene().operation()).total().gates(&cost.cells)
     }
 
     /// A unit that keeps the bound: the given one, or one with larger tables and longer words; else the best that was
@@ -254,9 +248,8 @@ impl Search<'_> {
                 .enumerate()
                 .map(|(index, word)| {
                     let mut less = spec.clone();
-                    let there = word
-                        .below(word.get(spec))
-                        .is_some_and(|next| word.set(&mut less, next));
+                    let there =
+                        word.below(word.get(spec)).is_some_and(|next| word.set(&mut less, next));
                     (index, if there { now - self.gates(&less) } else { 0.0 })
                 })
                 .collect();
@@ -307,11 +300,7 @@ pub fn size(
     base: &UnitSpec,
     options: &SizeOptions,
 ) -> Result<(Outcome, Bench), InputError> {
-    let mut search = Search {
-        bench: Bench::new(scene),
-        options,
-        trials: 0,
-    };
+    let mut search = Search { bench: Bench::new(scene), options, trials: 0 };
     let before = search.pair(base)?;
     let mut spec = match search.begin(base)? {
         Ok(spec) => spec,
@@ -346,16 +335,8 @@ pub fn size(
             shorter,
         })
         .collect();
-    let found = Found {
-        spec,
-        pair,
-        before,
-        knobs,
-        trimmed,
-        integers,
-        trials: search.trials,
-        rounds,
-    };
+    let found =
+        Found { spec, pair, before, knobs, trimmed, integers, trials: search.trials, rounds };
     Ok((Outcome::Found(Box::new(found)), search.bench))
 }
 
@@ -395,10 +376,7 @@ fn fit_integers(
         .map(|(reg, needed, _)| {
             let info = reg.info();
             let int = |s: &UnitSpec| s.config.format(*reg).int;
-            (
-                format!("{}.{}", info.stage, info.name),
-                [int(&before), *needed, int(spec)],
-            )
+            (format!("{}.{}", info.stage, info.name), [int(&before), *needed, int(spec)])
         })
         .collect()
 }

@@ -69,21 +69,13 @@ impl Ranges {
 
     fn add(&mut self, probe: &RtlProbe, probes: u32) {
         for (range, codes) in self.registers.iter_mut().zip(&probe.registers) {
-            codes
-                .iter()
-                .filter(|c| c.is_written())
-                .for_each(|c| range.add(c.raw));
+            codes.iter().filter(|c| c.is_written()).for_each(|c| range.add(c.raw));
         }
         self.probes = self.probes.max(probes);
     }
 
     fn merge(mut self, other: Self) -> Self {
-        for (a, b) in self
-            .registers
-            .iter_mut()
-            .zip(&other.registers)
-            .filter(|(_, b)| b.used)
-        {
+        for (a, b) in self.registers.iter_mut().zip(&other.registers).filter(|(_, b)| b.used) {
             a.add(b.least);
             a.add(b.most);
         }
@@ -132,21 +124,13 @@ impl Ranges {
                 let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
                 over(&s.scene.fragments, |ranges, fragment, probe| {
                     let (unit, config) = (&engine.unit, &engine.config);
-                    let found = rtl(
-                        unit,
-                        config,
-                        &fragment.fragment,
-                        Some(&engine.texture),
-                        probe,
-                    );
+                    let found = rtl(unit, config, &fragment.fragment, Some(&engine.texture), probe);
                     ranges.add(probe, u32::try_from(found.probes).unwrap_or(0));
                 })
             }
             Scene::Hit(s) => {
                 let engine = HitRtl::new(spec, &s.distance, Some(&s.map), s.map.size())?;
-                over(&s.scene.rays, |ranges, ray, probe| {
-                    ranges.ray(&engine, &ray.fragment, probe)
-                })
+                over(&s.scene.rays, |ranges, ray, probe| ranges.ray(&engine, &ray.fragment, probe))
             }
             Scene::Tex(s) => {
                 let engine = TexEngine::new(spec, s)?;
@@ -165,17 +149,12 @@ impl Ranges {
 
     /// The fixed registers that were written.
     pub fn fixed(&self) -> impl Iterator<Item = (Reg, &Range)> {
-        self.used()
-            .filter(|(reg, _)| reg.info().kind == Kind::Fixed)
+        self.used().filter(|(reg, _)| reg.info().kind == Kind::Fixed)
     }
 
     /// The registers that were written.
     pub fn used(&self) -> impl Iterator<Item = (Reg, &Range)> {
-        Reg::ALL
-            .iter()
-            .copied()
-            .zip(&self.registers)
-            .filter(|(_, range)| range.used)
+        Reg::ALL.iter().copied().zip(&self.registers).filter(|(_, range)| range.used)
     }
 }
 
@@ -185,9 +164,7 @@ fn over<I: Sync>(items: &[I], each: impl Fn(&mut Ranges, &I, &mut RtlProbe) + Sy
         .par_chunks(items.len().div_ceil(64).max(1))
         .map(|chunk| {
             let (mut ranges, mut probe) = (Ranges::new(), RtlProbe::default());
-            chunk
-                .iter()
-                .for_each(|item| each(&mut ranges, item, &mut probe));
+            chunk.iter().for_each(|item| each(&mut ranges, item, &mut probe));
             ranges
         })
         .collect();
@@ -200,18 +177,10 @@ mod tests {
 
     #[test]
     fn integer_bits_hold_both_ends() {
-        let range = |least, most| Range {
-            least,
-            most,
-            used: true,
-        };
+        let range = |least, most| Range { least, most, used: true };
         assert_eq!(range(0, 255).int_bits(8), 0);
         assert_eq!(range(0, 256).int_bits(8), 1);
-        assert_eq!(
-            range(-256, 0).int_bits(8),
-            0,
-            "−1 is the least code of no integer bits"
-        );
+        assert_eq!(range(-256, 0).int_bits(8), 0, "−1 is the least code of no integer bits");
         assert_eq!(range(-257, 255).int_bits(8), 1);
         assert_eq!(range(-1024, 700).int_bits(8), 2);
     }

@@ -135,11 +135,7 @@ impl Word {
 /// Every word and table that a scene uses.
 pub(super) fn all(spec: &UnitSpec, ranges: &Ranges, axis: ReferenceAxis) -> Vec<Word> {
     let mut out: Vec<Word> = ranges.used().map(|(reg, _)| Word::Fraction(reg)).collect();
-    let uses = |stages: &[&str]| {
-        ranges
-            .used()
-            .any(|(reg, _)| stages.contains(&reg.info().stage))
-    };
+    let uses = |stages: &[&str]| ranges.used().any(|(reg, _)| stages.contains(&reg.info().stage));
     for (stages, words) in TABLES {
         if uses(stages) {
             out.extend_from_slice(words);

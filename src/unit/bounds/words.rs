@@ -64,10 +64,7 @@ fn table(spec: TableSpec, binades: u32, d: [f64; 3], entry: f64) -> f64 {
     let (curve, weight) = match spec.order {
         0 => (h / 2.0 * d[0], 1.0),
         1 => (h * h / 8.0 * d[1], 1.0),
-        _ => (
-            d[2] / 6.0 * (h * h * h / 8.0) * (2.0 / (3.0 * SQRT_3)),
-            1.25,
-        ),
+        _ => (d[2] / 6.0 * (h * h * h / 8.0) * (2.0 / (3.0 * SQRT_3)), 1.25),
     };
     curve + weight * entry * power(spec.frac + 1) + power(28)
 }

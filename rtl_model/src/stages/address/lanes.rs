@@ -131,16 +131,7 @@ impl<'a, const W: usize> Walk<'a, W> {
             }
             step[i] = whole;
         }
-        Self {
-            cfg,
-            line,
-            levels,
-            two,
-            lanes,
-            inside: ends >> 63 == 0,
-            at,
-            step,
-        }
+        Self { cfg, line, levels, two, lanes, inside: ends >> 63 == 0, at, step }
     }
 
     /// Probes of a step.
@@ -197,9 +188,7 @@ impl<'a, const W: usize> Walk<'a, W> {
         let both = |f: fn(&Level) -> usize| self.levels.map(|level| word(f(level)));
         let size = [both(|level| level.size[0]), both(|level| level.size[1])];
         let stride = both(|level| level.stride);
-        let face = self
-            .levels
-            .map(|level| word(level.offset + self.line.face * level.face_stride));
+        let face = self.levels.map(|level| word(level.offset + self.line.face * level.face_stride));
         // (u + 1)·N/2 − ½ + 1: the texel coordinate of the bordered face.
         let mut code = [[0u64; W]; 2];
         for i in 0..2 {
@@ -209,12 +198,7 @@ impl<'a, const W: usize> Walk<'a, W> {
                 code[i][lane] = t.wrapping_add(lanes.low + odd) >> lanes.shift;
             }
         }
-        let mut out = Footprints {
-            upper: [0; W],
-            lower: [0; W],
-            weight: [[0; W]; 4],
-            len,
-        };
+        let mut out = Footprints { upper: [0; W], lower: [0; W], weight: [[0; W]; 4], len };
         let part = (1u64 << lanes.sub) - 1;
         for lane in 0..W {
             let [s, t] = [code[0][lane], code[1][lane]];
@@ -244,8 +228,7 @@ impl<'a, const W: usize> Walk<'a, W> {
                 }
                 let s = code[i][lane].cast_signed() - texel;
                 let component = 4 * index + 2 * level + i;
-                sink.tap
-                    .put(sink.lane, Reg::AddrS, component, s, i64::from(lanes.sub));
+                sink.tap.put(sink.lane, Reg::AddrS, component, s, i64::from(lanes.sub));
             }
         }
         out

@@ -50,29 +50,20 @@ pub fn weights(count: u32, bits: u32, end_points: bool) -> Vec<i64> {
     };
     let nearest = rounded(1);
     // Rounded down, the residue is never negative.
-    if nearest.iter().all(|w| *w >= 0) {
-        nearest
-    } else {
-        rounded(0)
-    }
+    if nearest.iter().all(|w| *w >= 0) { nearest } else { rounded(0) }
 }
 
 /// The weights of every count up to `max`, by count.
 #[must_use]
 pub fn rom(max: u32, bits: u32, end_points: bool) -> Vec<Vec<i64>> {
-    (0..=max)
-        .map(|count| weights(count, bits, end_points))
-        .collect()
+    (0..=max).map(|count| weights(count, bits, end_points)).collect()
 }
 
 /// Weight of probe `k` of `count`.
 #[inline(always)]
 pub(super) fn at(rom: &[Vec<i64>], count: i64, k: i64) -> i64 {
     let index = |x: i64| usize::try_from(x).unwrap_or(0);
-    rom.get(index(count))
-        .and_then(|row| row.get(index(k)))
-        .copied()
-        .unwrap_or(0)
+    rom.get(index(count)).and_then(|row| row.get(index(k))).copied().unwrap_or(0)
 }
 
 #[cfg(test)]

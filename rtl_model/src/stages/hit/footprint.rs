@@ -71,10 +71,7 @@ impl Cfg {
         let b = |reg| bits(config, reg);
         let r = b(Reg::HitR);
         fits(Reg::HitInvAcross, 2 * r + 2)?;
-        fits(
-            Reg::HitTangent,
-            r + b(Reg::HitTangent).max(b(Reg::HitInvAcross)) + 2,
-        )?;
+        fits(Reg::HitTangent, r + b(Reg::HitTangent).max(b(Reg::HitInvAcross)) + 2)?;
         fits(Reg::HitNormal, 30 + b(Reg::HitInvNormal))?;
         fits(Reg::HitCosine, r + b(Reg::HitNormal) + 2)?;
         fits(Reg::HitAlong, b(Reg::HitTangent) + b(Reg::HitNormal) + 2)?;
@@ -85,10 +82,7 @@ impl Cfg {
             .format(Reg::HitTangent)
             .int
             .max(config.format(Reg::HitR).int + config.format(Reg::HitSlope).int);
-        fits(
-            Reg::HitTangent,
-            u32::try_from(common).unwrap_or(u32::MAX) + top + 1,
-        )?;
+        fits(Reg::HitTangent, u32::try_from(common).unwrap_or(u32::MAX) + top + 1)?;
         // A cone's significand has at most 24 bits.
         fits(Reg::JacDvr, b(Reg::HitTangent) + 24)?;
         let uv = [f(Reg::FaceU), f(Reg::FaceV)];
@@ -135,11 +129,7 @@ pub fn footprint<T: Tap>(
         let shift = CONSTANT_FRAC - input.width.1 - i64::from(cfg.d.format.frac);
         let mut d = [0; 4];
         for (c, d) in d.iter_mut().enumerate() {
-            let product = if c % 3 == 0 {
-                input.width.0 * FOUR_OVER_PI
-            } else {
-                0
-            };
+            let product = if c % 3 == 0 { input.width.0 * FOUR_OVER_PI } else { 0 };
             *d = sink.shift(&cfg.d, Reg::JacD, c, product, shift, 0);
         }
         return d;
@@ -160,14 +150,7 @@ pub fn footprint<T: Tap>(
         let mut dv = [0; 3];
         for (i, dv) in dv.iter_mut().enumerate() {
             let product = t[i] * input.width.0;
-            *dv = sink.shift(
-                &cfg.dv,
-                Reg::JacDvr,
-                3 * col + i,
-                product,
-                shift,
-                input.scale,
-            );
+            *dv = sink.shift(&cfg.dv, Reg::JacDvr, 3 * col + i, product, shift, input.scale);
         }
         if let Some(a) = &cfg.rotation {
             let turned = a.map(|row| dot(row, dv));
@@ -206,14 +189,7 @@ fn basis<T: Tap>(cfg: &Cfg, roms: &Roms, r: [i64; 3], sink: &mut Sink<'_, T>) ->
     let shift = cfg.r_frac + inv.frac - i64::from(cfg.tangent.format.frac);
     let mut t1 = [0; 3];
     for (i, t) in t1.iter_mut().enumerate() {
-        *t = sink.shift(
-            &cfg.tangent,
-            Reg::HitTangent,
-            i,
-            across[i] * inv.m[0],
-            shift,
-            0,
-        );
+        *t = sink.shift(&cfg.tangent, Reg::HitTangent, i, across[i] * inv.m[0], shift, 0);
     }
     let crossed = cross(r, t1);
     let mut t2 = [0; 3];
@@ -281,11 +257,7 @@ fn quad(
 ) -> Option<[i64; 3]> {
     let mut flags = crate::fx::Flags::default();
     let mut nobody = crate::tap::NoTap;
-    let mut sink = Sink {
-        lane: 0,
-        flags: &mut flags,
-        tap: &mut nobody,
-    };
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut nobody };
     let place = cfg.place(roms, q, size, 0, &mut sink);
     let corner = place.corner.map(|c| c.clamp(1, size - 1));
     let stride = size + 2;
@@ -321,13 +293,7 @@ fn onto_plane<T: Tap>(
     sink: &mut Sink<'_, T>,
 ) -> [[i64; 3]; 2] {
     let (m, e) = mantissa4(dot(n, n).max(1));
-    let inv = sink.block(
-        &cfg.inv_normal,
-        Reg::HitInvNormal,
-        &[roms.rsqrt.rsqrt(m)],
-        P + e,
-        0,
-    );
+    let inv = sink.block(&cfg.inv_normal, Reg::HitInvNormal, &[roms.rsqrt.rsqrt(m)], P + e, 0);
     let shift = inv.frac - i64::from(cfg.normal.format.frac);
     let mut unit = [0; 3];
     for (i, u) in unit.iter_mut().enumerate() {

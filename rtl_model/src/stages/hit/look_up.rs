@@ -44,9 +44,8 @@ impl Cfg {
     pub(super) fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
-        let widest = bits(config, Reg::HitL)
-            .max(bits(config, Reg::HitX))
-            .max(bits(config, Reg::HitR));
+        let widest =
+            bits(config, Reg::HitL).max(bits(config, Reg::HitX)).max(bits(config, Reg::HitR));
         if config.rotation.is_some() {
             fits(Reg::HitLookUp, widest + ROTATION_FRAC + 3)?;
         }
@@ -95,16 +94,8 @@ impl Cfg {
         let one = 1i64 << f;
         let n = i64::try_from(size).unwrap_or(1);
         let sub = i64::from(self.s.format.frac);
-        let half = if self.mode == LookUp::Bilinear {
-            one
-        } else {
-            0
-        };
-        let mut out = Place {
-            face,
-            corner: [0; 2],
-            weight: [0; 2],
-        };
+        let half = if self.mode == LookUp::Bilinear { one } else { 0 };
+        let mut out = Place { face, corner: [0; 2], weight: [0; 2] };
         for (i, s) in [sc, tc].into_iter().enumerate() {
             let (code, over) = self.uv.write_as(T::STANDARD, s * y, P + e - f);
             let code = if ma == 0 { 0 } else { code.clamp(-one, one) };
@@ -146,13 +137,7 @@ impl Cfg {
         let out = crate::fx::block::normalize(T::STANDARD, &self.look_up, &q, 0);
         for (i, m) in out.m.iter().enumerate() {
             // Only the direction counts: its frac is that of a unit in the first place.
-            sink.tap.put(
-                sink.lane,
-                Reg::HitLookUp,
-                3 * index + i,
-                *m,
-                out.frac - scale,
-            );
+            sink.tap.put(sink.lane, Reg::HitLookUp, 3 * index + i, *m, out.frac - scale);
         }
         out.m
     }
@@ -182,11 +167,8 @@ impl Cfg {
                     crate::fx::Overflow::Saturate | crate::fx::Overflow::SaturateSymmetric
                 );
                 sink.flags.register(Reg::HitDistance, over);
-                let code = if over && saturates {
-                    BEYOND
-                } else {
-                    u32::try_from(code).unwrap_or(0)
-                };
+                let code =
+                    if over && saturates { BEYOND } else { u32::try_from(code).unwrap_or(0) };
                 self.single(code, index, memory_scale, sink)
             }
             Kind::Cube { size, codes } => {
@@ -207,15 +189,11 @@ impl Cfg {
     ) -> Reading {
         if code >= BEYOND {
             sink.flags.register(Reg::HitDistance, code == BEYOND);
-            return Reading {
-                radius: 0,
-                infinite: true,
-            };
+            return Reading { radius: 0, infinite: true };
         }
         let code = i64::from(code);
         let frac = i64::from(self.distance.format.frac);
-        sink.tap
-            .put(sink.lane, Reg::HitDistance, index, code, frac - scale);
+        sink.tap.put(sink.lane, Reg::HitDistance, index, code, frac - scale);
         Reading {
             radius: sink.write(&self.radius_plain, Reg::HitRadius, index, code, scale),
             infinite: false,
@@ -263,8 +241,7 @@ impl Cfg {
         }
         let frac = i64::from(self.distance.format.frac);
         let shown = i64::from(heaviest.0);
-        sink.tap
-            .put(sink.lane, Reg::HitDistance, index, shown, frac - scale);
+        sink.tap.put(sink.lane, Reg::HitDistance, index, shown, frac - scale);
         Reading {
             radius: sink.write(&self.radius, Reg::HitRadius, index, sum, scale),
             infinite: false,

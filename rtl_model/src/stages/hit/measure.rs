@@ -27,11 +27,7 @@ impl Cfg {
     ) -> i64 {
         let square = dot(q, q);
         let (m, e) = mantissa4(square.max(1));
-        let y = if square == 0 {
-            0
-        } else {
-            roms.sqrt.sqrt(m, &roms.rsqrt)
-        };
+        let y = if square == 0 { 0 } else { roms.sqrt.sqrt(m, &roms.rsqrt) };
         let shift = P - e + q_frac - i64::from(self.length.format.frac);
         sink.shift(&self.length, Reg::HitLength, index, y, shift, scale)
     }

@@ -10,10 +10,7 @@ use crate::tap::Tap;
 /// The step after ratio `f` on `side` (−1 undershoot, 1 overshoot); `None` where there is none: a bracket of at most
 /// one unit of d, or a denominator of 0.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a register file and what listens to it"
-)]
+#[expect(clippy::too_many_arguments, reason = "a register file and what listens to it")]
 pub(super) fn step<T: Tap>(
     cfg: &Cfg,
     roms: &Roms,
@@ -70,10 +67,7 @@ fn halved<T: Tap>(cfg: &Cfg, ratio: i64, k: usize, sink: &mut Sink<'_, T>) -> i6
 
 /// Eq. 3: (d − d0)(1 − f)/(f − p), at most `most`.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a register file and what listens to it"
-)]
+#[expect(clippy::too_many_arguments, reason = "a register file and what listens to it")]
 fn between<T: Tap>(
     cfg: &Cfg,
     roms: &Roms,
@@ -91,13 +85,7 @@ fn between<T: Tap>(
     }
     let (m, e) = mantissa(span.abs());
     let y = roms.recip.recip(m) * span.signum();
-    let inv = sink.block(
-        &cfg.inv_span,
-        Reg::HitInvSpan,
-        &[y],
-        P + e - cfg.ratio_frac,
-        0,
-    );
+    let inv = sink.block(&cfg.inv_span, Reg::HitInvSpan, &[y], P + e - cfg.ratio_frac, 0);
     let rest = (1 << cfg.ratio_frac) - f;
     let quotient = sink.block(
         &cfg.quotient,
@@ -111,13 +99,8 @@ fn between<T: Tap>(
     let product = (d - d0) * quotient.m[0];
     let (code, over) = cfg.step.write_as(T::STANDARD, product, shift);
     let clipped = most.is_some_and(|most| (over && product > 0) || code > most);
-    let code = if clipped {
-        most.unwrap_or(code).min(cfg.step.format.max_raw())
-    } else {
-        code
-    };
+    let code = if clipped { most.unwrap_or(code).min(cfg.step.format.max_raw()) } else { code };
     sink.flags.register(Reg::HitStep, over && !clipped);
-    sink.tap
-        .put(sink.lane, Reg::HitStep, k, code, step_frac - scale);
+    sink.tap.put(sink.lane, Reg::HitStep, k, code, step_frac - scale);
     Some(code)
 }

@@ -91,10 +91,7 @@ impl Cfg {
             fits(Reg::JacAlong, w(Reg::JacNIdotDn) + w(Reg::JacInvNn))?;
         }
         if bumped && config.dnmod == Dnmod::Frame {
-            fits(
-                Reg::JacPerpDotE,
-                w(Reg::JacDnPerp) + w(Reg::FrameE1).max(w(Reg::FrameE2)) + 2,
-            )?;
+            fits(Reg::JacPerpDotE, w(Reg::JacDnPerp) + w(Reg::FrameE1).max(w(Reg::FrameE2)) + 2)?;
             fits(Reg::JacTilt, w(Reg::JacPerpDotE) + w(Reg::JacInvNn))?;
             fits(Reg::JacTurn, w(Reg::JacTilt) + w(Reg::JacTurn))?;
             fits(Reg::JacTurn, w(Reg::FrameE2) + w(Reg::FrameH) + 2)?;
@@ -118,22 +115,13 @@ impl Cfg {
             dn_perp: common.map(|c| q(Reg::JacDnPerp, c)),
             perp_dot_e: e_regs.map(|reg| q(Reg::JacPerpDotE, f(Reg::JacDnPerp) + f(reg))),
             tilt: q(Reg::JacTilt, f(Reg::JacPerpDotE) + f(Reg::JacInvNn)),
-            turn: [
-                q(Reg::JacTurn, 0),
-                q(Reg::JacTurn, f(Reg::JacTilt) + f(Reg::JacTurn)),
-            ],
+            turn: [q(Reg::JacTurn, 0), q(Reg::JacTurn, f(Reg::JacTilt) + f(Reg::JacTurn))],
             cot_frac: block_frac(config, Reg::FrameN) - f(Reg::FrameE2),
             de: de_common.map(|c| q(Reg::JacDe, c)),
             de_lift: [0, 1].map(|k: usize| {
-                [
-                    de_common[k] - tilt,
-                    de_common[k] - f(Reg::JacTurn) - frac(config, e_regs[1 - k]),
-                ]
+                [de_common[k] - tilt, de_common[k] - f(Reg::JacTurn) - frac(config, e_regs[1 - k])]
             }),
-            b_lift: [
-                b_common - f(Reg::JacDnPerp),
-                b_common - f(Reg::BumpB) - f(Reg::JacDe),
-            ],
+            b_lift: [b_common - f(Reg::JacDnPerp), b_common - f(Reg::BumpB) - f(Reg::JacDe)],
             dn_mod: [
                 q(Reg::JacDnMod, f(Reg::JacDnDx)),
                 q(Reg::JacDnMod, f(Reg::JacDnDy)),
@@ -170,14 +158,7 @@ impl Cfg {
         for (c, (out, (n, dn))) in out.iter_mut().zip(n.iter().zip(dn)).enumerate() {
             let sum = |i: usize| (dn[i] << lift_dn) - (mul::<T>(n[i], along[i]) << lift_along);
             let exp = |i: usize| n_exp[i];
-            sink.write(
-                &self.dn_perp[col],
-                Reg::JacDnPerp,
-                3 * col + c,
-                sum,
-                exp,
-                out,
-            );
+            sink.write(&self.dn_perp[col], Reg::JacDnPerp, 3 * col + c, sum, exp, out);
         }
         out
     }
@@ -199,30 +180,14 @@ impl Cfg {
         mantissa(lanes, |i| n_h[i].abs().max(1), &mut k, &mut e_k);
         let product = |i: usize| {
             let product = mul_unsigned::<T>(k[i], y[i]);
-            let product = if n_h[i] == 0 || e2_h[i] == 0 {
-                0
-            } else {
-                product
-            };
-            if (n_h[i] < 0) == (e2_h[i] < 0) {
-                product
-            } else {
-                -product
-            }
+            let product = if n_h[i] == 0 || e2_h[i] == 0 { 0 } else { product };
+            if (n_h[i] < 0) == (e2_h[i] < 0) { product } else { -product }
         };
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
         let fixed = 2 * P + self.cot_frac - i64::from(self.turn[0].format.frac);
         let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
         let mut out = [0; N];
-        sink.shift(
-            &self.turn[0],
-            Reg::JacTurn,
-            0,
-            &shift,
-            product,
-            |_| 0,
-            &mut out,
-        );
+        sink.shift(&self.turn[0], Reg::JacTurn, 0, &shift, product, |_| 0, &mut out);
         out
     }
 
@@ -255,14 +220,7 @@ impl Cfg {
         }
         let product = |i: usize| mul::<T>(tilt[0][i], cot[i]);
         let mut turn = [0; N];
-        sink.write(
-            &self.turn[1],
-            Reg::JacTurn,
-            1 + col,
-            product,
-            |_| 0,
-            &mut turn,
-        );
+        sink.write(&self.turn[1], Reg::JacTurn, 1 + col, product, |_| 0, &mut turn);
         let mut out = [[0; N]; 3];
         for (c, out) in out.iter_mut().enumerate() {
             *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
@@ -276,9 +234,7 @@ impl Cfg {
                 let at = 6 * col + 3 * k + c;
                 let mut de = [0; N];
                 sink.write(&self.de[k], Reg::JacDe, at, exact, |i| n_exp[i], &mut de);
-                *out = each(lanes, |i| {
-                    out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1])
-                });
+                *out = each(lanes, |i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
             }
         }
         out
@@ -322,15 +278,7 @@ pub fn normal<const N: usize, T: Tap>(
     let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
     let inv_exp = |i: usize| -2 * n_exp[i];
     let mut inv_nn = [0; N];
-    sink.shift(
-        &cfg.inv_nn,
-        Reg::JacInvNn,
-        0,
-        &shift,
-        |i| inv[i],
-        inv_exp,
-        &mut inv_nn,
-    );
+    sink.shift(&cfg.inv_nn, Reg::JacInvNn, 0, &shift, |i| inv[i], inv_exp, &mut inv_nn);
     let mut perp = [[[0; N]; 3]; 2];
     for (col, perp) in perp.iter_mut().enumerate() {
         *perp = cfg.perpendicular(&mut sink, col, n, column(input.dn, col), &inv_nn, n_exp);
@@ -350,15 +298,7 @@ pub fn normal<const N: usize, T: Tap>(
     for (col, perp) in perp.iter().enumerate() {
         for (c, perp) in perp.iter().enumerate() {
             let c = 3 * col + c;
-            sink.shift(
-                q,
-                Reg::JacDnMod,
-                c,
-                &shift,
-                |i| perp[i],
-                exp,
-                &mut dn_mod[c],
-            );
+            sink.shift(q, Reg::JacDnMod, c, &shift, |i| perp[i], exp, &mut dn_mod[c]);
         }
     }
 }

@@ -48,11 +48,8 @@ fn root(sum: &Sum) -> Dyadic {
     }
     let shift = i64::from(sum.m.leading_zeros()) - 1;
     let shift = shift - ((sum.e - shift) & 1);
-    let (m, e) = if shift >= 0 {
-        (sum.m << shift, sum.e - shift)
-    } else {
-        (sum.m >> -shift, sum.e - shift)
-    };
+    let (m, e) =
+        if shift >= 0 { (sum.m << shift, sum.e - shift) } else { (sum.m >> -shift, sum.e - shift) };
     Dyadic::new(false, u64::try_from(m.isqrt()).unwrap_or(u64::MAX), e / 2)
 }
 
@@ -89,10 +86,7 @@ pub fn pinhole(
     flags: &mut Flags,
 ) -> Cone {
     let angle = pixel(frame, per_distance(frame, direction));
-    Cone {
-        angle: Store::new(cfg, dither, flags).angle(&single(angle)),
-        width: Width(0),
-    }
+    Cone { angle: Store::new(cfg, dither, flags).angle(&single(angle)), width: Width(0) }
 }
 
 /// α = −w_lens⟨D,W⟩/⟨W,W⟩, w = w_lens.
@@ -104,16 +98,9 @@ pub fn thin_lens(
     dither: &mut Dither,
     flags: &mut Flags,
 ) -> Cone {
-    let angle = exact::sum2(
-        lens_width.neg(),
-        per_distance(frame, direction),
-        Dyadic::ZERO,
-    );
+    let angle = exact::sum2(lens_width.neg(), per_distance(frame, direction), Dyadic::ZERO);
     let mut store = Store::new(cfg, dither, flags);
-    Cone {
-        angle: store.angle(&angle),
-        width: store.width(&single(lens_width)),
-    }
+    Cone { angle: store.angle(&angle), width: store.width(&single(lens_width)) }
 }
 
 /// α = 0, w = 2 min(|U|/columns, |V|/rows): a pixel's width on the image plane.

@@ -34,11 +34,7 @@ impl Rom {
             out[i] = entry;
         }
         let first_order = self.spec.order == 1;
-        let (bits, mask) = if first_order {
-            (rest_bits, mask)
-        } else {
-            (0, 0)
-        };
+        let (bits, mask) = if first_order { (rest_bits, mask) } else { (0, 0) };
         let (down, up) = ((bits - lift).max(0), (lift - bits).max(0));
         let half = (1i64 << down) >> 1;
         for i in 0..n.min(N) {

@@ -23,12 +23,8 @@ use crate::settings::Settings;
 use crate::stage::Stage;
 
 const COVARIANCE: &[Register] = &[float("k", 3)];
-const EIGEN: &[Register] = &[
-    float("root", 1),
-    float("lambda_sq", 2),
-    float("lambda", 2),
-    float("axis", 2),
-];
+const EIGEN: &[Register] =
+    &[float("root", 1), float("lambda_sq", 2), float("lambda", 2), float("axis", 2)];
 const FOOTPRINT: &[Register] = &[
     float("length", 1),
     float("width", 1),
@@ -37,13 +33,8 @@ const FOOTPRINT: &[Register] = &[
     float("step", 2),
     whole("flags"),
 ];
-const ADDRESS: &[Register] = &[
-    float("u", 1),
-    float("v", 1),
-    whole("face"),
-    float("place", 2),
-    float("s", 4),
-];
+const ADDRESS: &[Register] =
+    &[float("u", 1), float("v", 1), whole("face"), float("place", 2), float("s", 4)];
 
 /// Where a fragment stands before `covariance`.
 pub(super) struct Footing {
@@ -83,10 +74,7 @@ struct Line {
 impl<'a> Behind<'a> {
     fn prepared(gpu: &Gpu, settings: &Settings) -> Result<(Maps, Policy, Settings), GpuError> {
         // The table's axis is compared in the picture; here the axis is the exact one.
-        let settings = Settings {
-            reference_table: None,
-            ..settings.clone()
-        };
+        let settings = Settings { reference_table: None, ..settings.clone() };
         let tables = tables(&settings);
         let maps = Maps::none(gpu)?.with_tables(gpu, &tables.words())?;
         Ok((maps, Policy::new(&settings, &tables), settings))
@@ -122,12 +110,7 @@ impl<'a> Behind<'a> {
     }
 
     fn station<'b>(&'b self, kernel: Kernel, registers: &'b [Register]) -> Station<'b> {
-        Station {
-            kernel,
-            maps: &self.maps,
-            policy: &self.policy,
-            registers,
-        }
+        Station { kernel, maps: &self.maps, policy: &self.policy, registers }
     }
 
     /// Checks the stages from `covariance` to `filter`.
@@ -138,11 +121,8 @@ impl<'a> Behind<'a> {
     ) -> Result<(), GpuError> {
         let mut cases: [Vec<Case>; 3] = Default::default();
         let lines: Vec<Line> = footings.iter().map(|f| self.line(f, &mut cases)).collect();
-        let stages = [
-            (Stage::Covariance, COVARIANCE),
-            (Stage::Eigen, EIGEN),
-            (Stage::Footprint, FOOTPRINT),
-        ];
+        let stages =
+            [(Stage::Covariance, COVARIANCE), (Stage::Eigen, EIGEN), (Stage::Footprint, FOOTPRINT)];
         for ((stage, registers), cases) in stages.into_iter().zip(&mut cases) {
             let station = self.station(Kernel::Stage(stage), registers);
             checker.stage(&station, cases, &|_, _| {})?;
@@ -157,12 +137,11 @@ impl<'a> Behind<'a> {
                     &|case, words, levels| cube_probe(texture, case, words, levels),
                 )
             }
-            Memory::Planar(texture) => self.filters(
-                checker,
-                &lines,
-                Kernel::FilterPlanar,
-                &|case, words, levels| planar_probe(texture, case, words, levels),
-            ),
+            Memory::Planar(texture) => {
+                self.filters(checker, &lines, Kernel::FilterPlanar, &|case, words, levels| {
+                    planar_probe(texture, case, words, levels)
+                })
+            }
         }
     }
 
@@ -171,10 +150,7 @@ impl<'a> Behind<'a> {
         let pixel = footing.pixel;
         let zero = [[Bounded::exact(0.0); 2]; 2];
         let (d, rough) = (&footing.d, footing.rough.as_ref());
-        let matrices = d
-            .as_flattened()
-            .iter()
-            .chain(rough.unwrap_or(&zero).as_flattened());
+        let matrices = d.as_flattened().iter().chain(rough.unwrap_or(&zero).as_flattened());
         let matrices: Vec<Bounded> = matrices.copied().collect();
         let (k, recorder, undecided) = recorded(|tap, _| covariance(d, rough, tap));
         cases[0].push(Case {
@@ -186,20 +162,13 @@ impl<'a> Behind<'a> {
         let k = handed(k);
         let policy = (settings.axis, settings.minor);
         // The kernel shifts K by a power of two before it squares it, and the results back: exact above subnormals.
-        let scale = if settings.axis == Axis::LongerDerivative {
-            1.0
-        } else {
-            scale_of(&k)
-        };
+        let scale = if settings.axis == Axis::LongerDerivative { 1.0 } else { scale_of(&k) };
         let shifted = k.map(|x| Bounded::exact(x.value * scale));
         let (mut axes, mut recorder, undecided) =
             recorded(|tap, _| eigen(shifted, [Some(d), rough], policy, None, tap));
         for (register, component, value, error) in &mut recorder.put {
             let back = if ["root", "lambda_sq"].contains(register) {
-                let shifted = Bounded {
-                    value: *value,
-                    error: *error,
-                };
+                let shifted = Bounded { value: *value, error: *error };
                 shifted.scaled(1.0 / scale)
             } else if *register == "lambda" {
                 let root = axes.lambda_sq[*component].scaled(1.0 / scale).sqrt();
@@ -222,24 +191,13 @@ impl<'a> Behind<'a> {
             Memory::Cube(_) => self.size[0],
             Memory::Planar(_) => 2,
         };
-        let chain = Chain {
-            size,
-            levels: self.levels,
-        };
-        let rule = Rule {
-            count: settings.count,
-            max_probes: settings.max_probes,
-        };
+        let chain = Chain { size, levels: self.levels };
+        let rule = Rule { count: settings.count, max_probes: settings.max_probes };
         let (line, recorder, undecided) =
             recorded(|tap, flags| footprint(lambda, axis, chain, rule, flags, tap));
         let mut operands: Vec<u32> = bits(&lambda).chain(bits(&axis)).collect();
         operands.push(u32::try_from(size).unwrap_or(u32::MAX));
-        cases[2].push(Case {
-            pixel,
-            operands,
-            expected: recorder.expected(FOOTPRINT),
-            undecided,
-        });
+        cases[2].push(Case { pixel, operands, expected: recorder.expected(FOOTPRINT), undecided });
         let step = match self.memory {
             Memory::Cube(_) => handed(line.step),
             Memory::Planar(_) => [0, 1].map(|i| {
@@ -267,18 +225,12 @@ impl<'a> Behind<'a> {
         let small = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         let mut cases = Vec::new();
         for line in lines {
-            let sizes = self
-                .levels(line.lod.value)
-                .map(|level| (self.size[0] >> level).max(1));
+            let sizes = self.levels(line.lod.value).map(|level| (self.size[0] >> level).max(1));
             for index in 0..line.probes {
                 let mut operands = vec![small(line.face)];
                 operands.extend(bits(&line.centre).chain(bits(&line.step)));
                 operands.extend([index, line.probes, small(sizes[0]), small(sizes[1])]);
-                cases.push(Case {
-                    pixel: line.pixel,
-                    operands,
-                    ..Case::default()
-                });
+                cases.push(Case { pixel: line.pixel, operands, ..Case::default() });
             }
         }
         let station = self.station(Kernel::Stage(Stage::Address), ADDRESS);
@@ -314,11 +266,7 @@ impl<'a> Behind<'a> {
                     operands.extend(bits(&line.centre).chain(bits(&line.step)));
                     operands.push(line.probes);
                     operands.extend(bits(&[line.lod]));
-                    Case {
-                        pixel: line.pixel,
-                        operands,
-                        ..Case::default()
-                    }
+                    Case { pixel: line.pixel, operands, ..Case::default() }
                 })
                 .collect();
             let mut registers = vec![float("color", 3)];

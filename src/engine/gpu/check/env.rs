@@ -150,19 +150,12 @@ fn fragment_cases(
     let mut n_mod = n;
     if let Some((frame, b)) = &bumped {
         let (found, recorder, undecided) = recorded(|tap, _| bump(n, frame, *b, tap));
-        let words = bits(&n)
-            .chain(bits(&frame.e1))
-            .chain(bits(&frame.e2))
-            .chain(bits(b));
+        let words = bits(&n).chain(bits(&frame.e1)).chain(bits(&frame.e2)).chain(bits(b));
         put(1, words.collect(), (recorder, undecided));
         n_mod = handed(found);
     }
     let (found, recorder, undecided) = recorded(|tap, _| reflect(v, n_mod, tap));
-    put(
-        2,
-        bits(&v).chain(bits(&n_mod)).collect(),
-        (recorder, undecided),
-    );
+    put(2, bits(&v).chain(bits(&n_mod)).collect(), (recorder, undecided));
     let reflection = Reflection {
         v_r: handed(found.v_r),
         n_dot_v: handed_on(found.n_dot_v),
@@ -170,37 +163,18 @@ fn fragment_cases(
     };
     let (case, facing) = facing_case(reflection.v_r, rotation, pixel);
     let facing_operands = facing_words(&facing);
-    let surface = Surface {
-        v,
-        n,
-        n_mod,
-        bump: bumped,
-        reflection,
-        facing,
-    };
-    let derivatives = Derivatives {
-        dv: [ports(f.dv_dx), ports(f.dv_dy)],
-        dn: [ports(f.dn_dx), ports(f.dn_dy)],
-    };
-    let (found, recorder, undecided) = recorded(|tap, _| {
-        jacobian(
-            &surface,
-            &derivatives,
-            settings.dnmod,
-            rotation.as_ref(),
-            tap,
-        )
-    });
+    let surface = Surface { v, n, n_mod, bump: bumped, reflection, facing };
+    let derivatives =
+        Derivatives { dv: [ports(f.dv_dx), ports(f.dv_dy)], dn: [ports(f.dn_dx), ports(f.dn_dy)] };
+    let (found, recorder, undecided) =
+        recorded(|tap, _| jacobian(&surface, &derivatives, settings.dnmod, rotation.as_ref(), tap));
     let nothing = ([Bounded::exact(0.0); 3], Bounded::exact(0.0));
-    let (h, direction, inv_length, n_length) = bumped.map_or(
-        (nothing.0, nothing.0, nothing.1, nothing.1),
-        |(frame, _)| (frame.h, frame.direction, frame.inv_length, frame.n_length),
-    );
+    let (h, direction, inv_length, n_length) = bumped
+        .map_or((nothing.0, nothing.0, nothing.1, nothing.1), |(frame, _)| {
+            (frame.h, frame.direction, frame.inv_length, frame.n_length)
+        });
     let b = bumped.map_or([nothing.1; 2], |(_, b)| b);
-    let mut words: Vec<u32> = [v, n, n_mod, h, direction]
-        .iter()
-        .flat_map(|x| bits(x))
-        .collect();
+    let mut words: Vec<u32> = [v, n, n_mod, h, direction].iter().flat_map(|x| bits(x)).collect();
     words.extend(bits(&[inv_length, n_length, b[0], b[1]]));
     words.extend(bits(&[reflection.n_dot_v, reflection.n_dot_n]));
     words.extend(&facing_operands);

@@ -74,11 +74,7 @@ pub fn check_hit(
             encode(&mut operands, ray);
             // The stage's own kernel takes no mark of a cone.
             operands.words.pop();
-            cases.push(Case {
-                pixel: *pixel,
-                operands: operands.words,
-                ..Case::default()
-            });
+            cases.push(Case { pixel: *pixel, operands: operands.words, ..Case::default() });
             let mut d = Matrix::default();
             let found = reference.trace(ray, &mut d);
             let (case, facing) = facing_case(ports(found.hit.l), &walls.rotation, *pixel);

@@ -32,12 +32,7 @@ pub(super) fn registers(iterations: u32) -> Vec<Register> {
             whole("done"),
         ]);
     }
-    out.extend([
-        float("tangent", 6),
-        float("width", 1),
-        float("d", 4),
-        whole("flags"),
-    ]);
+    out.extend([float("tangent", 6), float("width", 1), float("d", 4), whole("flags")]);
     out
 }
 
@@ -93,9 +88,8 @@ impl Walls<'_> {
         if let Some(half_edges) = self.half_edges {
             let walls = q.iter().zip(half_edges).filter(|(q, _)| !q.is_zero());
             let walls = walls.map(|(q, h)| Bounded::exact(f64::from(to_f32(h))) / q.abs());
-            return walls.fold(Bounded::exact(f64::from(f32::MAX)), |least, x| {
-                -(-x).larger(-least)
-            });
+            return walls
+                .fold(Bounded::exact(f64::from(f32::MAX)), |least, x| -(-x).larger(-least));
         }
         let Some((size, texels)) = self.distances.bordered() else {
             return Bounded::exact(-1.0);
@@ -143,11 +137,7 @@ fn bilinear_distance(q: [Bounded; 3], size: usize, texels: &[f64], look_up: Look
         if !value.is_finite() {
             return Bounded::exact(-1.0);
         }
-        let error = if outside(x) && outside(y) {
-            4.5 * super::EPSILON * value
-        } else {
-            0.0
-        };
+        let error = if outside(x) && outside(y) { 4.5 * super::EPSILON * value } else { 0.0 };
         Bounded { value, error }
     };
     if look_up == LookUp::Nearest {
@@ -207,9 +197,7 @@ impl Turn<'_> {
 }
 
 fn status_word(status: HitStatus) -> u32 {
-    let at = crate::engine::gpu::hit::STATUS
-        .iter()
-        .position(|s| *s == status);
+    let at = crate::engine::gpu::hit::STATUS.iter().position(|s| *s == status);
     u32::try_from(at.unwrap_or(0)).unwrap_or(0)
 }
 
@@ -229,27 +217,18 @@ pub(super) fn expected(
     out.push(expect(walls.read(r)));
     let far = own(results[3]);
     let one = Bounded::exact(1.0);
-    let tau = policy
-        .tolerance_bits
-        .map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
+    let tau = policy.tolerance_bits.map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));
     let tau = Bounded::exact(tau);
     let side = |f: Bounded| i8::from(f > one + tau) - i8::from(f < one - tau);
-    let turns: Vec<Turn<'_>> = results[4..]
-        .chunks_exact(TURN)
-        .take(policy.iterations as usize + 1)
-        .map(Turn)
-        .collect();
+    let turns: Vec<Turn<'_>> =
+        results[4..].chunks_exact(TURN).take(policy.iterations as usize + 1).map(Turn).collect();
     // Before the first look-up in the loop.
     let first = &turns[0];
     let start = length(x);
     out.push(expect(start));
     let at_origin = start.value == 0.0;
     out.push(expect(if at_origin { start } else { walls.read(x) }));
-    let near = if at_origin {
-        start
-    } else {
-        ratio(own(first.0[0]), own(first.0[1]))
-    };
+    let near = if at_origin { start } else { ratio(own(first.0[0]), own(first.0[1])) };
     out.push(expect(near));
     out.push(exactly(0));
     let begins = side(first.ratio());
@@ -264,18 +243,10 @@ pub(super) fn expected(
     } else {
         done = false;
     }
-    let mut flags = if direction.iter().all(|c| c.value == 0.0) {
-        bit(Flag::HitNoDirection)
-    } else {
-        0
-    };
-    let mut search = Ray {
-        far,
-        d: first.d(),
-        under: (Bounded::exact(0.0), first.ratio()),
-        over: None,
-        side: 0,
-    };
+    let mut flags =
+        if direction.iter().all(|c| c.value == 0.0) { bit(Flag::HitNoDirection) } else { 0 };
+    let mut search =
+        Ray { far, d: first.d(), under: (Bounded::exact(0.0), first.ratio()), over: None, side: 0 };
     let moved = |d: Bounded| [0, 1, 2].map(|i| x[i] + r[i] * d);
     let (d, l) = match (done, status) {
         (true, HitStatus::Escaped) => (Bounded::exact(0.0), r),
@@ -289,13 +260,7 @@ pub(super) fn expected(
         let (before, turn) = (&pair[0], &pair[1]);
         if done {
             // A search that has ended keeps its registers.
-            out.extend(
-                before
-                    .0
-                    .iter()
-                    .map(|word| Some((number(*word), 0.0)))
-                    .take(8),
-            );
+            out.extend(before.0.iter().map(|word| Some((number(*word), 0.0))).take(8));
             out.extend([exactly(status_word(status)), exactly(1)]);
             continue;
         }
@@ -378,21 +343,13 @@ fn behind(
     }
     let t = [three(0), three(3)];
     let (angle, width) = (own(operands[6]), own(operands[7]));
-    let wide = if escaped {
-        angle.abs()
-    } else {
-        (width + angle * last.d()).abs()
-    };
+    let wide = if escaped { angle.abs() } else { (width + angle * last.d()).abs() };
     out.push(expect(wide));
     let width = own(rest[6]);
     let rotation = walls.rotation.as_ref();
     let mut flags = Flags::default();
     let facing = cube_face(last.l(), rotation, &mut flags, &mut NoTap);
-    let raised = if flags.contains(Flag::Zero) {
-        bit(Flag::Zero)
-    } else {
-        0
-    };
+    let raised = if flags.contains(Flag::Zero) { bit(Flag::Zero) } else { 0 };
     if ray.cone.is_none() {
         out.extend([None; 4]);
         return (out, raised);
@@ -403,11 +360,7 @@ fn behind(
         out.extend([expect(constant), zero, zero, expect(constant)]);
         return (out, raised);
     }
-    let columns = t.map(|t| {
-        facing
-            .numerator(walls.turn(t))
-            .map(|x| x * facing.inv_ma * width)
-    });
+    let columns = t.map(|t| facing.numerator(walls.turn(t)).map(|x| x * facing.inv_ma * width));
     for row in 0..2 {
         out.extend(columns.map(|column| expect(column[row])));
     }

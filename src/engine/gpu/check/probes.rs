@@ -53,10 +53,7 @@ pub(super) fn readdressed(face: usize, [u, v]: [f64; 2]) -> (u32, [Bounded; 2]) 
     // The quotients' numerators are components of d: exact.
     let of = |value: f64| {
         let quotient = Bounded::exact(value * ma.value) / ma;
-        Bounded {
-            value,
-            error: quotient.error,
-        }
+        Bounded { value, error: quotient.error }
     };
     (small(other), [of(u), of(v)])
 }
@@ -71,15 +68,9 @@ pub(super) fn texel_coordinate(u: Bounded, size: usize) -> Bounded {
 pub(super) fn cell(u: Bounded, size: usize) -> (i64, Bounded) {
     let s = texel_coordinate(u, size);
     let bound = size as f64 - 0.5;
-    let s = Bounded {
-        value: s.value.clamp(-0.5, bound),
-        error: s.error,
-    };
+    let s = Bounded { value: s.value.clamp(-0.5, bound), error: s.error };
     let low = s.floor();
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a whole number from -1 to the size"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a whole number from -1 to the size")]
     let index = low.value as i64;
     (index, s - low)
 }
@@ -149,10 +140,7 @@ pub(super) fn planar_probe(
         let moved = (value - u.value).abs();
         let error = u.error + EPSILON * (value.abs() + u.error) * f64::from(u8::from(moved > 0.0));
         // Where the texture begins anew a device may be on the other side.
-        let inside = Bounded {
-            value: value.abs(),
-            error,
-        };
+        let inside = Bounded { value: value.abs(), error };
         let _ = inside <= Bounded::exact(1.0);
         out.push(Some((value, error)));
     }
@@ -187,11 +175,7 @@ pub(super) fn color<'w>(
     (0..3)
         .map(|channel| {
             let [low, high] = sums.map(|sum| sum[channel] / total);
-            expect(if fraction.value > 0.0 {
-                mix(low, high, fraction)
-            } else {
-                low
-            })
+            expect(if fraction.value > 0.0 { mix(low, high, fraction) } else { low })
         })
         .collect()
 }

@@ -83,10 +83,9 @@ fn rounded(fragment: &TexFragment) -> TexFragment {
         d: v(fragment.d),
         n: v(fragment.n),
         tangents: match fragment.tangents {
-            Tangents::Surface { dp_ds, dp_dt } => Tangents::Surface {
-                dp_ds: v(dp_ds),
-                dp_dt: v(dp_dt),
-            },
+            Tangents::Surface { dp_ds, dp_dt } => {
+                Tangents::Surface { dp_ds: v(dp_ds), dp_dt: v(dp_dt) }
+            }
             Tangents::Triangle { edges, st } => Tangents::Triangle {
                 edges: edges.map(v),
                 st: st.map(|st| ports(st).map(|c| c.value)),
@@ -102,11 +101,7 @@ fn rounded_step(step: Step) -> Step {
     match step {
         Step::Propagate(_) => Step::Propagate(a),
         Step::Reflect(_) => Step::Reflect(a),
-        Step::Refract { .. } => Step::Refract {
-            curvature: a,
-            outside: b,
-            inside: c,
-        },
+        Step::Refract { .. } => Step::Refract { curvature: a, outside: b, inside: c },
         Step::Scatter(_) => Step::Scatter(a),
     }
 }
@@ -114,15 +109,8 @@ fn rounded_step(step: Step) -> Step {
 fn cone_case(settings: &Settings, cone: Cone, step: Step, pixel: [u32; 2]) -> Case {
     let cone = ports([cone.angle.0, cone.width.0]);
     let ([kind, operands @ ..], exact) = (step_words(step), rounded_step(step));
-    let (after, _, undecided) = recorded(|_, _| {
-        after(
-            cone[0],
-            cone[1],
-            exact,
-            settings.cone_rules,
-            settings.set_diffuse,
-        )
-    });
+    let (after, _, undecided) =
+        recorded(|_, _| after(cone[0], cone[1], exact, settings.cone_rules, settings.set_diffuse));
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -132,12 +120,7 @@ fn cone_case(settings: &Settings, cone: Cone, step: Step, pixel: [u32; 2]) -> Ca
     let mut words: Vec<u32> = bits(&cone).collect();
     words.push(kind);
     words.extend(operands.map(f32::to_bits));
-    Case {
-        pixel,
-        operands: words,
-        expected: after.map(expect).to_vec(),
-        undecided,
-    }
+    Case { pixel, operands: words, expected: after.map(expect).to_vec(), undecided }
 }
 
 /// One request at `surface_footprint`, and where it stands behind it.
@@ -162,19 +145,9 @@ fn surface_case(
         let st = f64::from(f32::from_bits(st[i]));
         Bounded::exact(f64::from(crate::gpu::policy::to_f32(2.0 * st - 1.0)))
     });
-    let case = Case {
-        pixel,
-        operands: operands.words,
-        expected: recorder.expected(SURFACE),
-        undecided,
-    };
-    let footing = Footing {
-        pixel,
-        face: 0,
-        centre,
-        d: found.d.map(handed),
-        rough: None,
-    };
+    let case =
+        Case { pixel, operands: operands.words, expected: recorder.expected(SURFACE), undecided };
+    let footing = Footing { pixel, face: 0, centre, d: found.d.map(handed), rough: None };
     (case, footing)
 }
 
@@ -203,9 +176,8 @@ impl Requests {
             registers,
         };
         let steps = self.steps.iter();
-        let mut cones: Vec<Case> = steps
-            .map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel))
-            .collect();
+        let mut cones: Vec<Case> =
+            steps.map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel)).collect();
         checker.stage(&station(Stage::RayCone, RAY_CONE), &mut cones, &|_, _| {})?;
         let (mut surfaces, footings): (Vec<Case>, Vec<Footing>) = self
             .surfaces
@@ -262,33 +234,21 @@ pub fn check_tex(
         let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
             let pixel = [x, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-            scene.path(
-                [x, y].map(|n| n as f64 + 0.5),
-                [0, scene.samples],
-                &mut path,
-            );
+            scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
             let mut steps = Vec::new();
             let mut remembering = Remembering {
                 cones: FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse),
                 steps: &mut steps,
             };
             let lens = scene.camera.lens;
-            walk(
-                &mut remembering,
-                &settings.tex,
-                lens,
-                &path,
-                &mut |asked, cone| {
-                    if let Asked::Look(look) = asked {
-                        let request = (pixel, look.fragment, cone.width.0);
-                        requests[look.texture].surfaces.push(request);
-                    }
-                },
-            );
+            walk(&mut remembering, &settings.tex, lens, &path, &mut |asked, cone| {
+                if let Asked::Look(look) = asked {
+                    let request = (pixel, look.fragment, cone.width.0);
+                    requests[look.texture].surfaces.push(request);
+                }
+            });
             if let Some(first) = requests.first_mut() {
-                first
-                    .steps
-                    .extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
+                first.steps.extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
             }
         }
         for (requests, (behind, size)) in requests.iter().zip(&behind) {
