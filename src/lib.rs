@@ -5,6 +5,7 @@
 
 pub use rtl_model::policy;
 
+pub mod base;
 pub mod caustic;
 pub mod cli;
 pub mod cone_study;
@@ -22,7 +23,7 @@ pub mod mesh;
 pub mod optics;
 pub mod picture;
 pub mod planar;
-pub mod random;
+
 pub mod reference;
 pub mod report;
 pub mod scene;

@@ -1,5 +1,7 @@
 //! 2-D textures with their mip chain.
 
+use crate::base::num;
+
 /// One level of a 2-D texture: linear RGB, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanarLevel {
@@ -34,6 +36,6 @@ impl PlanarMap {
     /// The same as whole numbers of 32 bits, which every texture's sides are.
     #[must_use]
     pub fn size_u32(&self) -> [u32; 2] {
-        self.size().map(|n| u32::try_from(n).unwrap_or(u32::MAX))
+        self.size().map(|n| num::u32(n))
     }
 }

@@ -4,11 +4,11 @@
     reason = "a test stops at the first thing that is not as it should be"
 )]
 
+use tapline::base::dual::Dual;
 use tapline::cube::face_uv;
 use tapline::fragment::{Fragment, PixelFragment};
 use tapline::policy::Curvature;
 use tapline::scene::bump::BumpSource;
-use tapline::scene::dual::Dual;
 use tapline::scene::{SCENES, Scene, SceneOptions, build, local_frame};
 use tapline::settings::Settings;
 use tapline::stage::Stage;

@@ -6,10 +6,10 @@
 
 use std::f64::consts::PI;
 
+use crate::base::dual::{cross, dot};
 use crate::fragment::HitFragment;
 use crate::impostor::WallCube;
 use crate::optics::{fresnel, refract};
-use crate::scene::dual::{cross, dot};
 use crate::scene::hit::object::Object;
 use crate::scene::world::World;
 use crate::scene::world::light::LightMap;

@@ -1,5 +1,6 @@
 //! What `compare` found, as JSON and as tables on stdout.
 
+use crate::base::num;
 use std::collections::BTreeMap;
 
 use rtl_model::regs::Reg;
@@ -10,9 +11,9 @@ use super::compare::{Args, Results};
 use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
 use crate::caustic::difference;
+use crate::engine::Rung;
 use crate::engine::gpu::check::StageChecks;
 use crate::engine::registers::{RegisterError, RegisterErrors};
-use crate::engine::{Rung, to_u64};
 use crate::report::table::{Align, Table, count, fixed, optional, significant};
 use crate::settings::Settings;
 use crate::unit::UnitSpec;
@@ -50,7 +51,7 @@ pub(super) fn to_json(
     for (rung, r) in &results.renderings {
         let mut engine = json!({
             "seconds": r.seconds,
-            "fragments_per_second": per(to_u64(fragments), 1) / r.seconds.max(1e-9),
+            "fragments_per_second": per(num::u64(fragments), 1) / r.seconds.max(1e-9),
             "texels_per_fragment": per(r.texels, fragments),
             "probes_per_fragment": per(r.probes, fragments),
             "flags": r.flags,
@@ -113,7 +114,7 @@ fn print_tiles(out: &mut impl std::io::Write, results: &Results) -> Result<(), F
                 out,
                 "{}: texture {index}: {} tiles of 64x64 texels ({} by level)",
                 rung.name(),
-                count(to_u64(tiles.total())),
+                count(num::u64(tiles.total())),
                 by.join(" ")
             )?;
         }
@@ -285,7 +286,7 @@ pub(super) fn print_tables(
         out,
         "{} {width}x{height}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
         args.scene,
-        count(to_u64(fragments)),
+        count(num::u64(fragments)),
         env!("CARGO_PKG_VERSION"),
         spec.hash()
     )?;
@@ -333,7 +334,7 @@ pub(super) fn print_tables(
         speed.row([
             rung.name().to_string(),
             significant(r.seconds, 3),
-            significant(per(to_u64(fragments), 1) / r.seconds.max(1e-9), 3),
+            significant(per(num::u64(fragments), 1) / r.seconds.max(1e-9), 3),
             significant(per(r.probes, fragments), 3),
             significant(per(r.texels, fragments), 3),
         ]);

@@ -1,5 +1,6 @@
 //! `cones`: studies of ray cones by command.
 
+use crate::base::num;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -11,7 +12,6 @@ use super::progress::Bar;
 use super::{Failure, subject};
 use crate::cone_study::{cube, formats, tiles};
 use crate::engine::tex_subject::TexSubject;
-use crate::engine::to_u64;
 use crate::image::whole::WholeFile;
 use crate::image::write::write_png;
 use crate::picture::Picture;
@@ -123,7 +123,7 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
     for pair in tiles::COMPARISONS {
         let mut both = Vec::new();
         for variant in &pair.variants {
-            let pixels = to_u64(options.width * options.height);
+            let pixels = num::u64(options.width * options.height);
             let bar = Bar::new(&format!("{} {}", pair.name, variant.label), pixels);
             let maps = (floor.as_ref(), &sky);
             both.push(tiles::render(variant, &spec, &options, maps, &|n| bar.add(n))?);
@@ -141,8 +141,8 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
                 pair.name.to_string(),
                 variant.label.to_string(),
                 count(taken.requests),
-                count(to_u64(all)),
-                count(to_u64(finest)),
+                count(num::u64(all)),
+                count(num::u64(finest)),
                 count(taken.rendering.texels),
                 fixed(ratio, 2),
                 variant.note.map_or("-".into(), |n| n.to_string()),
@@ -229,7 +229,7 @@ fn run_formats(args: &FormatsArgs) -> Result<(), Failure> {
     scene.bounces = args.bounces;
     scene.endless = true;
     let subject = TexSubject::new(scene, sky);
-    let steps = to_u64(formats::FORMATS.len() * options.height);
+    let steps = num::u64(formats::FORMATS.len() * options.height);
     let bar = Bar::new("formats", steps);
     let found = formats::study(&subject, &spec, &|n| bar.add(n))?;
     drop(bar);
@@ -257,7 +257,7 @@ fn run_formats(args: &FormatsArgs) -> Result<(), Failure> {
         table.row([
             name.to_string(),
             row.bounce.to_string(),
-            count(to_u64(row.requests)),
+            count(num::u64(row.requests)),
             p50,
             p95,
             p99,
@@ -266,8 +266,8 @@ fn run_formats(args: &FormatsArgs) -> Result<(), Failure> {
             significant(far, 2),
             w50,
             w95,
-            count(to_u64(row.tiles)),
-            count(to_u64(row.reference_tiles)),
+            count(num::u64(row.tiles)),
+            count(num::u64(row.reference_tiles)),
         ]);
         rows.push(json!({
             "cones": name, "from_bounce": row.bounce, "requests": row.requests,

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::output::JsonTarget;
 use super::progress::Bar;
 use super::{Failure, conform_extremes};
+use crate::base::num;
 use crate::conformance::check::Difference;
 use crate::conformance::gpu;
 use crate::conformance::run::{self, Engine, Outcome, Runner};
@@ -119,7 +120,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     engines.retain(|engine| *engine != Engine::Gpu);
     let target = JsonTarget::open(args.json.as_deref())?;
     let cases = range.end - range.start;
-    let total = cases * u64::try_from(suites.len()).unwrap_or(0);
+    let total = cases * num::u64(suites.len());
     let bar = Bar::new("conform", total);
     let results: Vec<Result<Outcome, InputError>> = suites
         .par_iter()
@@ -151,7 +152,7 @@ fn on_device(
 ) -> Result<(), InputError> {
     let concerned = suites.iter().filter(|s| gpu::concerns(s)).count();
     let cases = range.end - range.start;
-    let bar = Bar::new("gpu", cases * u64::try_from(concerned).unwrap_or(0));
+    let bar = Bar::new("gpu", cases * num::u64(concerned));
     for (suite, outcome) in suites.iter().zip(outcomes) {
         if !gpu::concerns(suite) {
             continue;
@@ -178,7 +179,7 @@ fn on_device(
                     component: 0,
                     observed: observed.into(),
                     expected: expected.into(),
-                    more: usize::try_from(checked.unexplained.saturating_sub(1)).unwrap_or(0),
+                    more: num::usize(checked.unexplained.saturating_sub(1)),
                 },
             });
         }

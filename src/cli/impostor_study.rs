@@ -1,5 +1,6 @@
 //! `impostor study`: tables of what each iteration, bit and texel of an impostor buys.
 
+use crate::base::num;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -10,7 +11,6 @@ use super::Failure;
 use super::output::{JsonTarget, Origin};
 use crate::distance::Distance;
 use crate::engine::hit::{HitF64, HitRtl};
-use crate::engine::to_u64;
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::impostor::Impostor;
@@ -114,7 +114,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             args.scene,
             args.size.0,
             args.size.1,
-            count(to_u64(rays.len())),
+            count(num::u64(rays.len())),
             scene.face_size,
             args.tolerance_bits,
             env!("CARGO_PKG_VERSION")

@@ -4,6 +4,7 @@ use rtl_model::regs::Reg;
 
 use super::args::SceneArgs;
 use super::subject;
+use crate::base::num;
 use crate::caustic::Caustic;
 use crate::cube::CubeMap;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
@@ -18,7 +19,7 @@ use crate::engine::registers::{self, RegisterErrors};
 use crate::engine::rtl::RtlEngine;
 use crate::engine::sampler::SamplerEngine;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
-use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject, to_u64};
+use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject};
 use crate::error::InputError;
 use crate::gpu::{Gpu, GpuError};
 use crate::picture::Picture;
@@ -180,16 +181,16 @@ impl Job {
         match self {
             Self::Env(s) => s.scene.fragments.len(),
             Self::Hit(s) => s.scene.rays.len(),
-            Self::Tex(s) => usize::try_from(s.requests).unwrap_or(usize::MAX),
+            Self::Tex(s) => num::usize(s.requests),
         }
     }
 
     /// Fragments that an engine's progress counts: `truth` works on pixels.
     pub(super) fn total(&self, rung: Rung) -> u64 {
         match self {
-            Self::Hit(s) if rung == Rung::Truth => to_u64(s.scene.pixels().len()),
-            Self::Tex(s) => to_u64(s.scene.width * s.scene.height),
-            Self::Env(_) | Self::Hit(_) => to_u64(self.fragments()),
+            Self::Hit(s) if rung == Rung::Truth => num::u64(s.scene.pixels().len()),
+            Self::Tex(s) => num::u64(s.scene.width * s.scene.height),
+            Self::Env(_) | Self::Hit(_) => num::u64(self.fragments()),
         }
     }
 
@@ -358,7 +359,7 @@ impl Job {
                 e.trace(&ray.fragment, &mut probe);
             }
             (Self::Tex(s), Rtl::Tex(e)) => {
-                let [column, row] = pixel.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+                let [column, row] = pixel.map(|n| num::usize(n));
                 let mut done = false;
                 s.each_look(e, settings, row, &mut |x, look, words, _| {
                     if x == column && !done {
@@ -454,7 +455,7 @@ impl Job {
                     continue;
                 }
                 before = Some(ray.pixel);
-                let [x, y] = ray.pixel.map(|c| usize::try_from(c).unwrap_or(0));
+                let [x, y] = ray.pixel.map(|c| num::usize(c));
                 let index = y * subject.scene.width + x;
                 let share = f64::from(*n) / f64::from(most.max(1));
                 picture.rgb[index] = colour_of_steps(libm::exp2(16.0 * share - 8.0))

@@ -1,5 +1,6 @@
 //! `study`: sweeps, their parts and their results.
 
+use crate::base::num;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,6 @@ use super::args::SceneArgs;
 use super::job::Job;
 use super::output::{JsonTarget, output_folder};
 use super::progress::Bar;
-use crate::engine::to_u64;
 use crate::error::InputError;
 use crate::report::hash::{hash_text, text_hash};
 use crate::report::table::{Align, Table, fixed, significant};
@@ -249,8 +249,8 @@ fn run_study(args: &RunArgs) -> Result<(), Failure> {
     };
 
     let rows = args.shard.range(study.rows()).len();
-    let bar = Bar::new("rows", to_u64(rows));
-    bar.add(to_u64(done.len()));
+    let bar = Bar::new("rows", num::u64(rows));
+    bar.add(num::u64(done.len()));
     let kept = done.len();
     let mut files = Files { journal, rows: done.clone(), bar, plan: &study.plan };
     let start = Instant::now();

@@ -13,6 +13,7 @@ use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::job::Job;
 use super::json_lines::Op;
 use super::{Failure, json_lines, subject, trace_cone, trace_hit, trace_pixel, trace_tex};
+use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::encode;
@@ -162,7 +163,7 @@ impl Tracer {
     fn out_rtl(&mut self, fragment: &Fragment) -> Result<Map<String, Value>, InputError> {
         let needs = encode::needs(fragment);
         if !self.units.contains_key(&needs) {
-            let size = u32::try_from(self.face_size).unwrap_or(u32::MAX);
+            let size = num::u32(self.face_size);
             self.units.insert(needs, Unit::new(&self.spec.config, needs, size).map_err(refused)?);
         }
         let Some(unit) = self.units.get(&needs) else {
@@ -416,7 +417,7 @@ fn one(
         )
         .at(format!("line {number}")))
     };
-    if u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE {
+    if num::u64(bytes.len()) > MAX_LINE {
         return fail("a line of at most 1 MiB", "a longer one");
     }
     let Ok(text) = std::str::from_utf8(bytes) else {

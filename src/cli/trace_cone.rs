@@ -9,6 +9,7 @@ use serde_json::{Map, Number, Value, json};
 
 use super::json_lines::{self, Line, short};
 use super::trace::TraceEngine;
+use crate::base::num;
 use crate::engine::cones::{event_names, rtl_step};
 use crate::engine::probe::Code;
 use crate::error::InputError;
@@ -141,7 +142,7 @@ fn by_rtl(spec: &UnitSpec, cone: [f64; 2], steps: &[float::Step], raw: bool) -> 
         state = rtl::ray_cone(&cfg, state, step, &mut dither, &mut flags);
     }
     let number = |x: Dyadic| {
-        let m = i64::try_from(x.m).unwrap_or(i64::MAX);
+        let m = num::i64(x.m);
         let code = Code { raw: if x.negative { -m } else { m }, frac: -x.e };
         if raw {
             json!({"raw": code.raw, "frac": code.frac})

@@ -11,6 +11,7 @@ use super::job::Job;
 use super::json_lines::Op;
 use super::trace::{Args, TraceEngine, Tracer};
 use super::{Failure, trace_hit, trace_tex};
+use crate::base::num;
 use crate::cube::{CubeMap, FACE_NAMES};
 use crate::distance::Distance;
 use crate::engine::hit::HitRtl;
@@ -73,7 +74,7 @@ fn trace_env(
     };
     let fragment = found.fragment;
     let needs = encode::needs(&fragment);
-    let size = u32::try_from(subject.map.size()).unwrap_or(u32::MAX);
+    let size = num::u32(subject.map.size());
     let unit = Unit::new(&spec.config, needs, size).map_err(refused)?;
     let texture = encode::texture(&spec.config, &subject.map).map_err(refused)?;
     let mut mine = RtlProbe::default();
@@ -90,7 +91,7 @@ fn trace_env(
         theirs,
         closing: closing(
             [FACE_NAMES[result.face], FACE_NAMES[there.face]],
-            [u32::try_from(result.probes).unwrap_or(0), there.probes],
+            [num::u32(result.probes), there.probes],
             [result.flags.join(" "), names.join(" ")],
         ),
         map: subject.map,
@@ -158,7 +159,7 @@ fn trace_look(
     (x, y): (u32, u32),
 ) -> Result<Traced, InputError> {
     let engine = TexEngine::new(spec, &subject)?;
-    let [column, row] = [x, y].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+    let [column, row] = [x, y].map(|n| num::usize(n));
     let mut found: Option<(Look, [f64; 2])> = None;
     subject.each_look(&engine, settings, row, &mut |at, look, words, width| {
         if at == column && found.is_none() {
@@ -196,7 +197,7 @@ fn trace_look(
     entries.insert("n".into(), json!(fragment.n));
     entries.insert("dp_ds".into(), json!(dp_ds));
     entries.insert("dp_dt".into(), json!(dp_dt));
-    let probes = u32::try_from(out.probes[0]).unwrap_or(0);
+    let probes = num::u32(out.probes[0]);
     Ok(Traced {
         entries,
         op: Op::Tex(fragment, cone),

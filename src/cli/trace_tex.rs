@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::json_lines::{self, Line};
 use super::trace::{TraceEngine, Tracer};
+use crate::base::num;
 use crate::engine::cones::event_names;
 use crate::engine::probe::RtlProbe;
 use crate::engine::tex::{TexRtl, words};
@@ -81,7 +82,7 @@ pub(super) fn out(
 
 fn by_rtl(tracer: &mut Tracer, request: &Request) -> Result<Map<String, Value>, InputError> {
     if tracer.tex.is_none() {
-        let size = tracer.texture_size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+        let size = tracer.texture_size.map(|n| num::u32(n));
         tracer.tex = Some(TexRtl::sized(&tracer.spec, size)?);
     }
     let mut out = Map::new();

@@ -1,5 +1,6 @@
 //! `unit show|check`: every path with its value and meaning.
 
+use crate::base::num;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -180,9 +181,7 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
 fn register_bits(config: &Config) -> u64 {
     Reg::ALL
         .iter()
-        .map(|reg| {
-            crate::engine::to_u64(reg.info().components) * u64::from(config.format(*reg).width())
-        })
+        .map(|reg| num::u64(reg.info().components) * u64::from(config.format(*reg).width()))
         .sum()
 }
 

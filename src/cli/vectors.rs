@@ -6,6 +6,7 @@ use clap::{Subcommand, ValueEnum};
 
 use super::Failure;
 use super::args::UnitArgs;
+use crate::base::num;
 use crate::conformance::bench::{self, Build, Model};
 use crate::conformance::cases::{self, Schedule};
 use crate::conformance::check::{Checker, Verdict};
@@ -217,7 +218,7 @@ fn judge(
         if (&mut *reader).take(MAX_LINE + 1).read_until(b'\n', &mut bytes)? == 0 {
             break;
         }
-        let long = u64::try_from(bytes.len()).unwrap_or(u64::MAX) > MAX_LINE;
+        let long = num::u64(bytes.len()) > MAX_LINE;
         if long {
             return Err(
                 bad(number, 1, "a line of at most 1 MiB".into(), "a longer one".into()).into()

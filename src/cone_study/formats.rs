@@ -1,15 +1,16 @@
 //! What the format of a cone's registers costs, bounce by bounce: error of the level of detail, tiles.
 
+use crate::base::num;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use rtl_model::cone::{ConeFormat, StoreRounding};
 
+use crate::engine::Progress;
 use crate::engine::cones::{Asked, FloatCones, RtlCones, walk};
 use crate::engine::tex::{value, words};
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::tiles::Tiles;
-use crate::engine::{Progress, to_u64};
 use crate::error::InputError;
 use crate::reference::tex::tex;
 use crate::reference::{NoTap, Prepared};
@@ -124,7 +125,7 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
         for sample in 0..scene.samples {
             let at = [column, y].map(|n| n as f64 + 0.5);
             scene.path(at, [sample, scene.samples], &mut path);
-            let pixel = to_u64(y * scene.width + column);
+            let pixel = num::u64(y * scene.width + column);
             registers.ray(pixel * u64::from(scene.samples) + u64::from(sample));
             let mut exact = Vec::new();
             let lens = scene.camera.lens;

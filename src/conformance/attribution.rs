@@ -11,6 +11,7 @@ use rtl_model::regs::{Kind, Reg};
 use rtl_model::unit::{Needs, Words};
 
 use super::field::registers;
+use crate::base::num;
 use crate::engine::float::F64Engine;
 use crate::engine::rtl::RtlEngine;
 use crate::engine::{Engine as _, Subject, encode};
@@ -97,7 +98,7 @@ fn part(name: String, a: &Picture, b: &Picture) -> Result<Part, InputError> {
 
 /// The parts of an ENV scene's error: stages, tables, what no word can mend; and the whole, last.
 pub fn attribute(spec: &UnitSpec, subject: &Subject) -> Result<Vec<Part>, InputError> {
-    let size = u32::try_from(subject.map.size()).unwrap_or(u32::MAX);
+    let size = num::u32(subject.map.size());
     let needs = subject.needs();
     let words: Vec<Words> =
         subject.scene.fragments.iter().map(|f| encode::words(&f.fragment)).collect();

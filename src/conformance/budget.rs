@@ -16,6 +16,7 @@ use super::exact::Finding;
 use super::run::Runner;
 use super::stimuli::Stimulus;
 use super::subject::Subject;
+use crate::base::num;
 use crate::engine::{Subject as Scene, encode};
 use crate::error::InputError;
 use crate::stage::Stage;
@@ -112,7 +113,7 @@ fn note(config: &Config, rows: &mut Rows, finding: &Finding) {
             used: 0.0,
             count: 0,
             exceeded: 0,
-            half_scale: libm::ldexp(0.5, i32::try_from(bits).unwrap_or(0)),
+            half_scale: libm::ldexp(0.5, num::i32(bits)),
         })
         .add(finding);
 }

@@ -5,7 +5,8 @@ use super::field::{Field, Meaning};
 use super::patterns;
 use super::stimuli::{exponents, extreme, ordinary, rows};
 use super::subject::Subject;
-use crate::random::Random;
+use crate::base::num;
+use crate::base::random::Random;
 
 /// What a case's numbers are made to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,11 +78,7 @@ pub fn fill(model: &mut dyn Model, subject: Subject, place: Place, input: &mut [
 #[must_use]
 pub fn sweep_len(model: &dyn Model, level: u32) -> u64 {
     let shape = model.shape();
-    shape
-        .inputs
-        .iter()
-        .map(|f| patterns::count(f, level) * u64::try_from(f.components).unwrap_or(1))
-        .sum()
+    shape.inputs.iter().map(|f| patterns::count(f, level) * num::u64(f.components)).sum()
 }
 
 /// The cases of a vector file: every extreme, every pattern, then ordinary numbers and exponents by turns.

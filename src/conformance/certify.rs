@@ -7,6 +7,7 @@ use rtl_model::stages::filter::weights::weights;
 use rtl_model::stages::{Roms, filter};
 use rtl_model::tables::rom::PORT_FRAC;
 
+use crate::base::num;
 use crate::engine::tex::value;
 use crate::error::InputError;
 use crate::policy::Count;
@@ -50,7 +51,7 @@ fn sweep(binades: u32, error: impl Fn(i64, f64) -> f64 + Sync) -> (u64, f64) {
         .map(|k| {
             let (binade, step) = (k / count, k % count);
             let code = i64::from((count + step) << binade) << lift;
-            let x = libm::ldexp(f64::from(count + step), i32::try_from(binade).unwrap_or(0) - 23);
+            let x = libm::ldexp(f64::from(count + step), num::i32(binade) - 23);
             error(code, x)
         })
         .reduce(|| 0.0, f64::max);
@@ -90,7 +91,7 @@ fn tables(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
 
 /// The angle table's entries against sine and cosine.
 fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
-    let frac = i32::try_from(spec.config.tables.eigen.frac).unwrap_or(0);
+    let frac = num::i32(spec.config.tables.eigen.frac);
     let mut worst = 0.0f64;
     for (cos, sin) in &roms.angle.angles {
         // Entries lie on the circle but for their roundings.
@@ -102,7 +103,7 @@ fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
         let error = (c - libm::cos(place)).abs().max((s - libm::sin(place)).abs());
         worst = worst.max(libm::ldexp(error, frac));
     }
-    let inputs = u64::try_from(roms.angle.angles.len()).unwrap_or(0);
+    let inputs = num::u64(roms.angle.angles.len());
     out.push(Certified {
         name: "tables.eigen".into(),
         domain: "entries".into(),
@@ -142,8 +143,8 @@ fn levels(spec: &UnitSpec, out: &mut Vec<Certified>) -> Result<(), InputError> {
     if format.magnitude_bits() > 24 {
         return Ok(());
     }
-    let frac = i32::try_from(format.frac).unwrap_or(0);
-    let bits = i32::try_from(spec.config.lod_bits).unwrap_or(0);
+    let frac = num::i32(format.frac);
+    let bits = num::i32(spec.config.lod_bits);
     let mut worst = 0.0f64;
     for code in 0..=format.max_raw() {
         let (level, weight) = cfg.level(code, usize::MAX);
@@ -185,7 +186,7 @@ fn stores(spec: &UnitSpec, out: &mut Vec<Certified>) {
                 (i64::from(libm::ilogb(want)) - i64::from(format.mantissa_bits))
                     .max(format.lowest_exponent())
             };
-            let ulp = libm::ldexp(1.0, i32::try_from(place).unwrap_or(0));
+            let ulp = libm::ldexp(1.0, num::i32(place));
             ((held - want) / ulp).abs()
         })
         .reduce(|| 0.0, f64::max);

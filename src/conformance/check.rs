@@ -5,6 +5,7 @@ use super::exact::{Case, Finding, Judge};
 use super::field::{Field, Meaning};
 use super::subject::Subject;
 use super::text::{self, Format, Malformed};
+use crate::base::num;
 
 /// A case's first wrong field.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,7 +183,7 @@ impl Checker {
                 overlay(shape, observed, &mut probe);
                 let case = Case { shape, input, output: observed, probe: &probe };
                 let findings = judge.judge(self.model.config(), &case);
-                self.judged += u64::try_from(findings.len()).unwrap_or(0);
+                self.judged += num::u64(findings.len());
                 beyond(&findings)
             }
         }

@@ -6,6 +6,7 @@ use rtl_model::fx::Format;
 use rtl_model::regs::{Event, Kind, Reg};
 use rtl_model::unit::{Carries, Wire};
 
+use crate::base::num;
 use crate::stage::Stage;
 
 /// Bits of a power of two or of fraction bits that travel beside mantissas, the sign included.
@@ -119,7 +120,7 @@ impl Field {
     /// One of a few names.
     #[must_use]
     pub fn choice(stage: Stage, name: &str, names: Vec<&'static str>, text: &str) -> Self {
-        let last = i64::try_from(names.len()).unwrap_or(1) - 1;
+        let last = num::i64(names.len()) - 1;
         let mut field = Self::count(stage, name, [0, last], text);
         field.meaning = Meaning::Choice(names);
         field
@@ -276,7 +277,7 @@ pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
 #[must_use]
 pub fn components(config: &Config, stage: Stage, reg: Reg) -> usize {
     let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
-    let probes = if per_probe { usize::try_from(config.max_probes).unwrap_or(1) } else { 1 };
+    let probes = if per_probe { num::usize(config.max_probes) } else { 1 };
     probes * reg.info().components
 }
 

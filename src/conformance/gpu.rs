@@ -6,6 +6,7 @@
 use super::run::Runner;
 use super::subject::Subject;
 use super::suite::Suite;
+use crate::base::num;
 use crate::engine::gpu::check::{Requests, StageChecks, check_env, check_hit, check_requests};
 use crate::engine::tex::value;
 use crate::error::InputError;
@@ -41,7 +42,7 @@ pub fn concerns(suite: &Suite) -> bool {
 
 /// The place of a case as the pixel that the checks name.
 fn pixel(index: u64) -> [u32; 2] {
-    [u32::try_from(index).unwrap_or(u32::MAX), 0]
+    [num::u32(index), 0]
 }
 
 /// Numbers of an input as doubles.
@@ -154,7 +155,7 @@ pub fn run(
             inputs.push((index, input));
         }
     }
-    let cases = u64::try_from(inputs.len()).unwrap_or(0);
+    let cases = num::u64(inputs.len());
     let cube = memory::cube(build.size);
     let found = match suite.subject {
         Subject::Hit => {

@@ -8,6 +8,7 @@ use super::field::{Field, Shape, beside, components, registers};
 use super::memory;
 use super::stimuli::Stimulus;
 use super::subject::Subject;
+use crate::base::num;
 use crate::engine::hit::{HitRtl, words};
 use crate::engine::probe::RtlProbe;
 use crate::error::InputError;
@@ -47,11 +48,7 @@ const ONCE: [Reg; 16] = [
 /// Numbers of a register of `hit`: one set a ray, or one for R, one for x and one for each look-up of the loop.
 fn searched(config: &Config, reg: Reg) -> usize {
     let each = reg.info().components;
-    if ONCE.contains(&reg) {
-        each
-    } else {
-        each * (2 + usize::try_from(config.hit.iterations).unwrap_or(0))
-    }
+    if ONCE.contains(&reg) { each } else { each * (2 + num::usize(config.hit.iterations)) }
 }
 
 /// Registers that the footprint at the hit writes of other stages, and those of the back end.
@@ -140,9 +137,9 @@ impl Bench for HitBench {
         let (state, out) = self.engine.lanes::<1, _>(&[ray], &mut self.probe);
         let place = |status| HitStatus::ALL.iter().position(|s| *s == status);
         let extra = Extra {
-            face: i64::try_from(state.env.face.face[0]).unwrap_or(0),
+            face: num::i64(state.env.face.face[0]),
             count: out.env.probes[0],
-            status: place(state.hit.status[0]).map_or(0, |k| i64::try_from(k).unwrap_or(0)),
+            status: place(state.hit.status[0]).map_or(0, |k| num::i64(k)),
             iterations: state.hit.iterations[0].into(),
         };
         record(&self.shape, &self.probe, out.env.flags[0], extra, output);

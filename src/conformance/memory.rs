@@ -4,6 +4,7 @@
 //! with e from 0 to 3 by its low two bits: steep steps between texels, and a texel of the
 //! next level is the mean of 2 × 2, rounded to binary16. A few texels hold its extremes: 0, 2⁻²⁴, 65504.
 
+use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, direction};
 use crate::distance::{Distance, DistanceCube};
 use crate::image::mips::{build_mips, build_planar_mips};
@@ -26,8 +27,8 @@ fn channel(index: u32, channel: u32) -> f32 {
         1 => libm::ldexpf(1.0, -24),
         2 => 65504.0,
         _ => {
-            let exponent = i32::from(u8::try_from(word & 3).unwrap_or(0));
-            let mantissa = f32::from(u16::try_from(word >> 2 & 0xfff).unwrap_or(0));
+            let exponent = i32::from(num::u8(word & 3));
+            let mantissa = f32::from(num::u16(word >> 2 & 0xfff));
             libm::ldexpf(mantissa, exponent - 12)
         }
     }
@@ -35,7 +36,7 @@ fn channel(index: u32, channel: u32) -> f32 {
 
 /// A texel by its number.
 fn texel(index: usize) -> [f32; 3] {
-    let index = u32::try_from(index).unwrap_or(u32::MAX);
+    let index = num::u32(index);
     [0, 1, 2].map(|c| channel(index, c))
 }
 
@@ -49,7 +50,7 @@ fn halved(texels: &mut [[f32; 3]]) {
 /// The cube map of faces of `size` texels.
 #[must_use]
 pub fn cube(size: u32) -> CubeMap {
-    let size = usize::try_from(size).unwrap_or(1).max(1);
+    let size = num::usize(size).max(1);
     let mut map = build_mips(CubeLevel { size, texels: (0..6 * size * size).map(texel).collect() });
     for level in &mut map.levels {
         halved(&mut level.texels);
@@ -60,7 +61,7 @@ pub fn cube(size: u32) -> CubeMap {
 /// The 2-D texture of `size` columns and half as many rows.
 #[must_use]
 pub fn planar(size: u32) -> PlanarMap {
-    let columns = usize::try_from(size).unwrap_or(1).max(1);
+    let columns = num::usize(size).max(1);
     let rows = (columns / 2).max(1);
     let mut map = build_planar_mips(PlanarLevel {
         size: [columns, rows],
@@ -75,9 +76,9 @@ pub fn planar(size: u32) -> PlanarMap {
 /// Distances to a box of half edges 3, 2, 4 about the reference point, sampled at texel centres to single precision.
 #[must_use]
 pub fn room(size: u32) -> Distance {
-    let n = usize::try_from(size).unwrap_or(1).max(1);
+    let n = num::usize(size).max(1);
     let place = |k: usize| {
-        let (k, n) = (u32::try_from(k).unwrap_or(0), size.max(1));
+        let (k, n) = (num::u32(k), size.max(1));
         f64::from(2 * k + 1) / f64::from(n) - 1.0
     };
     let mut texels = Vec::with_capacity(6 * n * n);

@@ -1,7 +1,8 @@
 //! Patterns that arithmetic fails on: exponent classes times significand patterns, and codes at the ends of a register.
 
 use super::field::{Field, Meaning};
-use crate::random::Random;
+use crate::base::num;
+use crate::base::random::Random;
 
 /// Exponents of binary64 words at level 1: zero, the subnormals, the ends, around 1, and where registers end.
 const EXPONENTS: [u64; 17] =
@@ -82,11 +83,9 @@ fn word(level: u32, k: u64) -> u64 {
     let (sign, k) = (k & 1, k >> 1);
     let exponents = 17 + if level > 1 { MORE } else { 0 };
     let (exponent, k) = (k % exponents, k / exponents);
-    let exponent = EXPONENTS
-        .get(usize::try_from(exponent).unwrap_or(0))
-        .copied()
-        .unwrap_or(FIRST + exponent.saturating_sub(17));
-    let significand = match usize::try_from(k).unwrap_or(0) {
+    let exponent =
+        EXPONENTS.get(num::usize(exponent)).copied().unwrap_or(FIRST + exponent.saturating_sub(17));
+    let significand = match num::usize(k) {
         k if k < 9 => SIGNIFICANDS[k],
         // A walking one, then a walking zero.
         k if k < 61 => 1 << (k - 9),
@@ -111,7 +110,7 @@ fn code(field: &Field, k: u64, random: &mut Random) -> i64 {
             let k = k - 8;
             let (bit, kind) = (k / 6 % u64::from(field.bits), k % 6);
             let power = 1i64 << bit.min(62);
-            let near = power + i64::try_from(kind % 3).unwrap_or(0) - 1;
+            let near = power + num::i64(kind % 3) - 1;
             if kind < 3 { near } else { -near }
         }
     }

@@ -10,6 +10,7 @@ use super::bench::{Bench, Model, flag_bits, put_words};
 use super::field::{Field, Shape};
 use super::stimuli::Stimulus;
 use super::tex::small;
+use crate::base::num;
 use crate::engine::probe::RtlProbe;
 use crate::stage::Stage;
 use crate::unit::UnitSpec;
@@ -86,7 +87,7 @@ impl Bench for ConeBench {
     }
 
     fn run(&mut self, input: &[i64], output: &mut [i64]) {
-        let code = |k: usize| u32::try_from(input.get(k).copied().unwrap_or(0)).unwrap_or(0);
+        let code = |k: usize| num::u32(input.get(k).copied().unwrap_or(0));
         let cone = Cone { angle: Angle(code(1)), width: Width(code(2)) };
         let (step, finite) = step(input);
         let mut flags = Flags::default();

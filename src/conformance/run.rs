@@ -7,6 +7,7 @@ use super::exact::{Case, Finding, Judge};
 use super::stimuli::Stimulus;
 use super::subject::Subject;
 use super::suite::Suite;
+use crate::base::num;
 use crate::engine::probe::RtlProbe;
 use crate::error::InputError;
 use crate::unit::UnitSpec;
@@ -170,7 +171,7 @@ impl Runner {
             }
             Engine::F64 | Engine::Gpu => {
                 let findings = self.findings(input, output);
-                let count = u64::try_from(findings.len()).unwrap_or(0);
+                let count = num::u64(findings.len());
                 (beyond(&findings), count)
             }
         }

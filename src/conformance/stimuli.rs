@@ -4,9 +4,10 @@ use rtl_model::unit::Words;
 
 use super::extremes::{self, FACING, Request};
 use super::subject::Subject;
+use crate::base::num;
+use crate::base::random::Random;
 use crate::engine::encode;
 use crate::fragment::{Fragment, HitFragment};
-use crate::random::Random;
 use crate::stage::Stage;
 
 /// What comes to an operation, before its ports.
@@ -31,7 +32,7 @@ pub fn rows(subject: Subject) -> u64 {
         Kind::Request => extremes::tex().len(),
         Kind::Operation => OPERATIONS.len(),
     };
-    u64::try_from(n).unwrap_or(1)
+    num::u64(n)
 }
 
 enum Kind {
@@ -52,7 +53,7 @@ fn kind(subject: Subject) -> Kind {
 
 /// A vector times a power of two.
 fn scaled<const N: usize>(v: [f64; N], power: i64) -> [f64; N] {
-    let power = i32::try_from(power).unwrap_or(0);
+    let power = num::i32(power);
     v.map(|x| libm::ldexp(x, power))
 }
 
@@ -237,7 +238,7 @@ pub(super) const OPERATIONS: [(u64, [f64; 2], [f64; 3]); 24] = [
 /// Row `index` of the extremes, turned by one of the cube's symmetries for every further round.
 pub(super) fn extreme(subject: Subject, index: u64, random: &mut Random) -> Stimulus {
     let rows = rows(subject);
-    let (row, round) = (usize::try_from(index % rows).unwrap_or(0), index / rows);
+    let (row, round) = (num::usize(index % rows), index / rows);
     let turn = |v: [f64; 3]| turned(v, round);
     match kind(subject) {
         Kind::Fragment => {
@@ -295,6 +296,6 @@ fn signed(v: [f64; 3], bits: u64) -> [f64; 3] {
 pub fn turned(v: [f64; 3], symmetry: u64) -> [f64; 3] {
     const ORDERS: [[usize; 3]; 6] =
         [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
-    let order = ORDERS[usize::try_from(symmetry / 8 % 6).unwrap_or(0)];
+    let order = ORDERS[num::usize(symmetry / 8 % 6)];
     signed(order.map(|i| v[i]), symmetry)
 }

@@ -5,13 +5,14 @@ use rtl_model::{Texture, Unit};
 
 use super::extremes::{env, straight};
 use super::study_rays::finite;
+use crate::base::num;
+use crate::base::random::Random;
 use crate::cube::{FACE_AXES, FACE_NAMES, major_face};
 use crate::engine::encode;
 use crate::engine::probe::{RtlProbe, rtl};
 use crate::error::InputError;
 use crate::fragment::Fragment;
 use crate::policy::{Axis, Minor};
-use crate::random::Random;
 use crate::reference::{self, NoTap, Prepared};
 use crate::unit::{ReferenceAxis, UnitSpec, refused};
 
@@ -123,7 +124,7 @@ pub fn rows(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         .map(|(name, f)| {
             let unit = Unit::new(&spec.config, encode::needs(&f), FACE).map_err(refused)?;
             let (rtl, _) = seen_by_rtl(&unit, spec, &f, None);
-            let size = usize::try_from(FACE).unwrap_or(1);
+            let size = num::usize(FACE);
             let env = reference::env(&prepared, &f, size, None, &mut NoTap);
             let theirs = Seen {
                 at: (env.face, [env.u, env.v]),
@@ -276,7 +277,7 @@ pub fn jumps(spec: &UnitSpec, pairs: u32) -> Result<Vec<Jump>, InputError> {
     let (prepared, float) = (Prepared::new(&settings), reference::Texture::new(&map));
     let mut out = Vec::new();
     for (kind, name) in BREAKS.into_iter().enumerate() {
-        let mut random = Random::of_case(3, 0x6a75_6d70, u64::try_from(kind).unwrap_or(0));
+        let mut random = Random::of_case(3, 0x6a75_6d70, num::u64(kind));
         let (mut rtl, mut f64) = ([0.0f64; 2], [0.0f64; 2]);
         for _ in 0..pairs {
             let both = sides(kind, &mut random);

@@ -12,6 +12,7 @@ use super::hit::behind;
 use super::memory;
 use super::stimuli::Stimulus;
 use super::subject::Subject;
+use crate::base::num;
 use crate::engine::probe::RtlProbe;
 use crate::engine::tex::TexRtl;
 use crate::error::InputError;
@@ -83,7 +84,7 @@ impl Bench for TexBench {
         let three = |k: usize| [word(k), word(k + 1), word(k + 2)];
         let edges = [three(7), three(10)];
         let request = TexWords {
-            cone: Cone { angle: Angle(0), width: Width(u32::try_from(word(0)).unwrap_or(0)) },
+            cone: Cone { angle: Angle(0), width: Width(num::u32(word(0))) },
             d: three(1),
             n: three(4),
             tangents: if word(17) == 1 {

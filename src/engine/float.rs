@@ -1,12 +1,13 @@
 //! The float engines: `f64`, `ewa` and `truth`.
 
+use crate::base::num;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::reuse::lines::Line;
-use super::{Engine, Progress, Rendering, Rung, Subject, to_u64};
+use super::{Engine, Progress, Rendering, Rung, Subject};
 use crate::reference::{Env, NoTap, Prepared, Texture, env, ewa_counted};
 use crate::settings::Settings;
 use crate::truth::{TruthOptions, truth};
@@ -72,7 +73,7 @@ fn per_fragment(
                     *part.flags.entry(name.to_string()).or_default() += 1;
                 }
             }
-            progress(to_u64(chunk.len()));
+            progress(num::u64(chunk.len()));
             part
         })
         .collect();

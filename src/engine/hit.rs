@@ -11,6 +11,7 @@ use super::dispatch::{self, LANES, Level, Task};
 use super::probe::{Code, RtlProbe, to_f64};
 use super::reuse::lines::Line;
 use super::rtl::overflow_name;
+use crate::base::num;
 use crate::cube::{CubeMap, FACE_NAMES, across_edge};
 use crate::distance::Distance;
 use crate::error::InputError;
@@ -106,7 +107,7 @@ impl HitRtl {
         face_size: usize,
     ) -> Result<Self, InputError> {
         let size = map.map_or(face_size, CubeMap::size);
-        let size = u32::try_from(size).unwrap_or(u32::MAX);
+        let size = num::u32(size);
         let texture = match map {
             Some(map) => Some(super::encode::texture(&spec.config, map).map_err(refused)?),
             None => None,
@@ -156,7 +157,7 @@ impl HitRtl {
             },
         };
         dispatch::run(self.level, blocks);
-        progress(super::to_u64(part.len()));
+        progress(num::u64(part.len()));
         part
     }
 
@@ -213,7 +214,7 @@ impl HitRtl {
         for event in Event::ALL.iter().filter(|event| flags.has_event(**event)) {
             names.push(event.name().to_string());
         }
-        let color_frac = i32::try_from(self.config.format(Reg::FilterColor).frac).unwrap_or(0);
+        let color_frac = num::i32(self.config.format(Reg::FilterColor).frac);
         let textured = cone && self.texture.is_some();
         HitResult {
             d: if escaped {
@@ -237,7 +238,7 @@ impl HitRtl {
             } else {
                 [0.0; 3]
             },
-            probes: if cone { u32::try_from(out.env.probes[lane]).unwrap_or(0) } else { 0 },
+            probes: if cone { num::u32(out.env.probes[lane]) } else { 0 },
             texels: if textured { out.env.texels[lane] } else { 0 },
             overshot: flags.has_event(Event::HitOvershoot),
             flags: names,
@@ -360,7 +361,7 @@ impl<'a> HitF64<'a> {
             .par_chunks(CHUNK)
             .map(|chunk| {
                 let part = chunk.iter().map(|ray| self.one(ray)).collect();
-                progress(super::to_u64(chunk.len()));
+                progress(num::u64(chunk.len()));
                 part
             })
             .collect();

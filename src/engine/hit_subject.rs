@@ -11,7 +11,8 @@ use super::hit::{HitF64, HitResult, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::reuse::lines::Line;
-use super::{Progress, Rendering, Searches, to_u64};
+use super::{Progress, Rendering, Searches};
+use crate::base::num;
 use crate::caustic::{Caustic, Photon, photons, searched, traced};
 use crate::cube::CubeMap;
 use crate::distance::Distance;
@@ -278,7 +279,7 @@ impl HitSubject {
                         })
                     })
                     .collect();
-                progress(to_u64(chunk.len()));
+                progress(num::u64(chunk.len()));
                 part
             })
             .collect();
@@ -287,7 +288,7 @@ impl HitSubject {
         Rendering {
             picture: self.picture(&colors),
             seconds,
-            probes: to_u64(colors.len()),
+            probes: num::u64(colors.len()),
             texels: points.iter().sum(),
             flags: BTreeMap::new(),
             standard_error: None,
@@ -361,7 +362,7 @@ impl HitSubject {
                     let same_count = there.env.is_none_or(|env| env.probes == here.probes);
                     errors.add(&mine, &theirs, ray.pixel, same_face, same_count);
                 }
-                progress(to_u64(chunk.len()));
+                progress(num::u64(chunk.len()));
                 errors
             })
             .collect();
@@ -371,6 +372,6 @@ impl HitSubject {
 
 /// Index of a pixel.
 fn place(scene: &HitScene, [column, row]: [u32; 2]) -> usize {
-    let whole = |x: u32| usize::try_from(x).unwrap_or(usize::MAX);
+    let whole = |x: u32| num::usize(x);
     whole(row) * scene.width + whole(column)
 }

@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 
 use rtl_model::unit::Needs;
 
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::picture::Picture;
 use crate::scene::Scene;
@@ -103,7 +104,7 @@ impl Subject {
     /// Index of a pixel.
     #[must_use]
     pub fn index(&self, [column, row]: [u32; 2]) -> usize {
-        let place = |x: u32| usize::try_from(x).unwrap_or(usize::MAX);
+        let place = |x: u32| num::usize(x);
         place(row) * self.scene.width + place(column)
     }
 
@@ -210,9 +211,4 @@ pub trait Engine: Sync {
 
     /// Renders all fragments.
     fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering;
-}
-
-/// A difference that matters to a table of results: a count of `u64` from a length.
-pub(crate) fn to_u64(n: usize) -> u64 {
-    u64::try_from(n).unwrap_or(u64::MAX)
 }

@@ -9,6 +9,7 @@ use rtl_model::{Config, Tap, Texture, Unit};
 
 use super::encode;
 use super::rtl::overflow_name;
+use crate::base::num;
 use crate::fragment::Fragment;
 use crate::reference;
 use crate::stage::Stage;
@@ -35,7 +36,7 @@ impl Code {
     /// The value to the nearest double.
     #[must_use]
     pub fn value(self) -> f64 {
-        to_f64(self.raw, i32::try_from(self.frac.clamp(-4000, 4000)).unwrap_or(0))
+        to_f64(self.raw, num::i32(self.frac.clamp(-4000, 4000)))
     }
 
     /// The value in decimal, all digits.
@@ -63,8 +64,8 @@ pub fn decimal(raw: i64, frac: i64) -> String {
         return (BigInt::from(raw) << frac.unsigned_abs()).to_string();
     }
     // raw/2^f = raw·5^f/10^f.
-    let places = usize::try_from(frac).unwrap_or(usize::MAX);
-    let power = u32::try_from(frac).unwrap_or(u32::MAX);
+    let places = num::usize(frac);
+    let power = num::u32(frac);
     let digits = (BigInt::from(raw.unsigned_abs()) * BigInt::from(5).pow(power)).to_string();
     let digits = format!("{digits:0>width$}", width = places + 1);
     let (whole, part) = digits.split_at(digits.len() - places);

@@ -5,7 +5,8 @@ use rtl_model::regs::Reg;
 
 use super::probe::{Code, FloatProbe, RtlProbe, rtl};
 use super::rtl::RtlEngine;
-use super::{Progress, Subject, to_u64};
+use super::{Progress, Subject};
+use crate::base::num;
 use crate::reference::{Prepared, Texture, env};
 use crate::settings::Settings;
 
@@ -119,7 +120,7 @@ impl RegisterErrors {
     reason = "codes of up to 58 bits; the error is printed to three digits"
 )]
 pub fn error_lsb(code: Code, value: f64) -> f64 {
-    let frac = i32::try_from(code.frac.clamp(-3000, 3000)).unwrap_or(0);
+    let frac = num::i32(code.frac.clamp(-3000, 3000));
     (code.raw as f64 - libm::ldexp(value, frac)).abs()
 }
 
@@ -173,7 +174,7 @@ pub fn compare(
                 let same_count = here.probes == i64::from(there.probes);
                 errors.add(&mine, &theirs, fragment.pixel, same_face, same_count);
             }
-            progress(to_u64(chunk.len()));
+            progress(num::u64(chunk.len()));
             errors
         })
         .collect();

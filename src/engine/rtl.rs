@@ -11,6 +11,7 @@ use rtl_model::{Config, Texture, Unit};
 
 use super::dispatch::{self, Blocks, GROUP, Group, LANES, Level, Source};
 use super::{Engine, Progress, Rendering, Rung, Subject, encode};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
@@ -34,7 +35,7 @@ pub struct RtlEngine {
 impl RtlEngine {
     /// Compiles a unit for what a scene needs and encodes its environment.
     pub fn new(spec: &UnitSpec, needs: Needs, map: &CubeMap) -> Result<Self, InputError> {
-        let size = u32::try_from(map.size()).unwrap_or(u32::MAX);
+        let size = num::u32(map.size());
         Ok(Self {
             unit: Unit::new(&spec.config, needs, size).map_err(refused)?,
             texture: encode::texture(&spec.config, map).map_err(refused)?,
@@ -79,7 +80,7 @@ impl RtlEngine {
         colors: &mut [[i64; 3]],
         progress: Progress<'_>,
     ) -> Filtered {
-        let count = super::to_u64(colors.len());
+        let count = num::u64(colors.len());
         let mut part = Filtered::default();
         let mut colors = colors.iter_mut();
         let blocks = Blocks {
@@ -101,7 +102,7 @@ impl RtlEngine {
     /// A colour code as a double: exact, as the register has at most 48 bits.
     #[must_use]
     pub fn color(&self, code: [i64; 3]) -> [f64; 3] {
-        let frac = i32::try_from(self.config.format(Reg::FilterColor).frac).unwrap_or(0);
+        let frac = num::i32(self.config.format(Reg::FilterColor).frac);
         code.map(|c| crate::engine::probe::to_f64(c, frac))
     }
 }

@@ -5,6 +5,7 @@
 //! project them gives D back. With roughness, whose footprint no pair of derivatives of the geometry has, the axes of K stand
 //! for the columns of D: λ1 and λ2 along the ellipse. Four equal invocations make each look-up, as in a fingerprint.
 
+use crate::base::num;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 
 use super::hit::HitF64;
 use super::hit_subject::HitSubject;
-use super::{Progress, Rendering, Subject, to_u64};
+use super::{Progress, Rendering, Subject};
 use crate::cube::{CubeMap, FACE_AXES, direction};
 use crate::fingerprint::unit::{Format, Image, Query, Shape, Source, State, to_f32};
 use crate::gpu::sampling::DeviceSampler;
@@ -89,7 +90,7 @@ impl<'a> SamplerEngine<'a> {
             let (cube, by) = (Shape::Cube, Source::Gradient);
             let seen = self.sampler.sample_view(view, cube, state, by, &four)?;
             colors.extend(seen.iter().step_by(4).map(|[r, g, b, _]| [*r, *g, *b].map(f64::from)));
-            progress(to_u64(block.len()));
+            progress(num::u64(block.len()));
         }
         Ok(colors)
     }
@@ -155,7 +156,7 @@ fn rendering(picture: Picture, start: Instant, look_ups: usize) -> Rendering {
     Rendering {
         picture,
         seconds: start.elapsed().as_secs_f64(),
-        probes: to_u64(look_ups),
+        probes: num::u64(look_ups),
         texels: 0,
         flags: BTreeMap::new(),
         standard_error: None,

@@ -9,6 +9,7 @@ use rtl_model::{Config, ConfigError, NoTap, NoTapStandard, Tap, Texture};
 use super::dispatch::LANES;
 use super::probe::to_f64;
 use super::rtl::overflow_name;
+use crate::base::num;
 use crate::error::InputError;
 use crate::fragment::{Tangents, TexFragment};
 use crate::planar::PlanarMap;
@@ -53,7 +54,7 @@ pub fn words(fragment: &TexFragment, cone: Cone) -> TexWords {
 #[must_use]
 pub fn value(x: Dyadic) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "a cone's significand has at most 24 bits")]
-    let magnitude = libm::ldexp(x.m as f64, i32::try_from(x.e).unwrap_or(0));
+    let magnitude = libm::ldexp(x.m as f64, num::i32(x.e));
     if x.negative { -magnitude } else { magnitude }
 }
 
@@ -200,11 +201,11 @@ impl TexRtl {
         out: &Results<N>,
         lane: usize,
     ) -> TexResult {
-        let frac = |reg: Reg| i32::try_from(self.config.format(reg).frac).unwrap_or(0);
+        let frac = |reg: Reg| num::i32(self.config.format(reg).frac);
         TexResult {
             color: out.color[lane].map(|c| to_f64(c, frac(Reg::FilterColor))),
             lod: to_f64(state.env.line.lod[lane], frac(Reg::FootLod)),
-            probes: u32::try_from(out.probes[lane]).unwrap_or(0),
+            probes: num::u32(out.probes[lane]),
             texels: out.texels[lane],
         }
     }

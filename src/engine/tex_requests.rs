@@ -11,7 +11,7 @@ use super::cones::{Asked, FloatCones, RtlCones, walk};
 use super::probe::RtlProbe;
 use super::tex::{value, words};
 use super::tex_subject::{TexEngine, TexSubject};
-use super::to_u64;
+use crate::base::num;
 use crate::fragment::{HitFragment, TexFragment};
 use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Look, Path};
@@ -115,7 +115,7 @@ impl TexSubject {
                 probe.clear();
                 let request = std::slice::from_ref(&request.asked);
                 let (_, out) = unit.lanes::<1, _>(request, probe);
-                each(probe, u32::try_from(out.probes[0]).unwrap_or(0));
+                each(probe, num::u32(out.probes[0]));
             }
         }
         for request in &asked.sky {
@@ -141,7 +141,7 @@ impl TexSubject {
         for column in 0..self.scene.width {
             let at = [column, y].map(|n| n as f64 + 0.5);
             self.scene.path(at, [0, self.scene.samples], &mut path);
-            cones.ray(to_u64((y * self.scene.width + column) * self.scene.samples as usize));
+            cones.ray(num::u64((y * self.scene.width + column) * self.scene.samples as usize));
             let lens = self.scene.camera.lens;
             walk(&mut cones, &settings.tex, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(look) = asked {

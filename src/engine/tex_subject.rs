@@ -19,7 +19,8 @@ use super::tex::TexRtl;
 use super::tex_requests::{AskedRtl, scene_row};
 use super::tex_row::Row;
 use super::tiles::Tiles;
-use super::{Progress, Rendering, TextureUse, to_u64};
+use super::{Progress, Rendering, TextureUse};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::error::InputError;
@@ -76,7 +77,7 @@ impl TexSubject {
                 let mut count = 0;
                 scene_row(&scene, row, &mut |_, _, path| {
                     let asks = |e: &&Event| !matches!(e, Event::Step(_));
-                    count += to_u64(path.events.iter().filter(asks).count());
+                    count += num::u64(path.events.iter().filter(asks).count());
                 });
                 count
             })
@@ -87,7 +88,7 @@ impl TexSubject {
     /// Pixels, all of which show something.
     #[must_use]
     pub fn pixels(&self) -> Vec<[u32; 2]> {
-        let whole = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let whole = |n: usize| num::u32(n);
         (0..self.scene.height)
             .flat_map(|y| (0..self.scene.width).map(move |x| [whole(x), whole(y)]))
             .collect()
@@ -100,7 +101,7 @@ impl TexSubject {
             .into_par_iter()
             .map(|y| {
                 let out = row(y);
-                progress(to_u64(self.scene.width));
+                progress(num::u64(self.scene.width));
                 out
             })
             .collect();
@@ -183,7 +184,7 @@ impl TexSubject {
             .par_iter_mut()
             .map(|kept| {
                 let row = self.row_by_rtl(engine, &kept.asked, Some((&mut kept.blocks, first)));
-                progress(to_u64(self.scene.width));
+                progress(num::u64(self.scene.width));
                 row
             })
             .collect();
@@ -325,12 +326,11 @@ impl TexSubject {
                 }
                 row.probes += u64::from(found.probes);
                 row.texels += found.texels();
-                let pixel =
-                    [request.column, first + y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                let pixel = [request.column, first + y].map(|n| num::u32(n));
                 reports.add(found.flags, pixel);
             })?;
             seconds += begin.elapsed().as_secs_f64();
-            progress(to_u64((last - first) * width));
+            progress(num::u64((last - first) * width));
         }
         let mut out = self.put_together(rows, 0.0);
         out.seconds = seconds;
@@ -422,10 +422,10 @@ impl TexSubject {
                     let there =
                         tex(&prepared, width, &look.fragment, size, Some(texture), &mut theirs);
                     let same = out.probes[0] == i64::from(there.probes);
-                    let pixel = [column, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                    let pixel = [column, y].map(|n| num::u32(n));
                     errors.add(&mine, &theirs, pixel, true, same);
                 });
-                progress(to_u64(self.scene.width));
+                progress(num::u64(self.scene.width));
                 errors
             })
             .collect();

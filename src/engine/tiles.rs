@@ -1,5 +1,6 @@
 //! Tiles of 64 × 64 texels that requests touch, level by level: what a demand-loading texture system has to fetch.
 
+use crate::base::num;
 use crate::picture::Picture;
 use crate::planar::PlanarMap;
 use crate::policy::Wrap;
@@ -42,7 +43,7 @@ impl Tiles {
             return;
         };
         let place = |i: usize, beyond: usize| {
-            let x = i64::try_from(corner[i] + beyond).unwrap_or(0) - 1;
+            let x = num::i64(corner[i] + beyond) - 1;
             wrap[i].texel(x, level.size[i]) / TILE
         };
         for y in [place(1, 0), place(1, 1)] {

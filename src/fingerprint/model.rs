@@ -6,6 +6,7 @@ use super::rho::{Projection, Rho};
 pub use super::shapes::{Corner, Line, Rule, Seam, Spacing};
 use super::steps::Steps;
 use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32, to_index};
+use crate::base::num;
 use crate::cube::{across_edge, direction, face_uv};
 use crate::gpu::GpuError;
 
@@ -232,7 +233,7 @@ impl Model {
         let side = image.side(level);
         let last = last(image, level);
         let clamped = || {
-            let place = |c: i64| usize::try_from(c.clamp(0, last)).unwrap_or(0);
+            let place = |c: i64| num::usize(c.clamp(0, last));
             (face, place(x), place(y))
         };
         let (face, x, y) = if image.shape == Shape::Planar || self.seam == Seam::Clamped {

@@ -1,6 +1,7 @@
 //! Lines, frames and labels on a picture.
 
 use super::unit::to_index;
+use crate::base::num;
 use crate::picture::Picture;
 use crate::report::font::{draw_text, fill, text_width};
 use crate::srgb::linear_of_bytes;
@@ -131,6 +132,6 @@ pub(super) fn heat(share: f64) -> [u8; 3] {
     let part = place - below as f64;
     [0, 1, 2].map(|i| {
         let mixed = RAMP[below][i] + (RAMP[below + 1][i] - RAMP[below][i]) * part;
-        u8::try_from(to_index(mixed)).unwrap_or(u8::MAX)
+        num::u8(to_index(mixed))
     })
 }

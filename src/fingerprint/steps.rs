@@ -1,5 +1,6 @@
 //! Staircases: how finely a fraction becomes a weight, and how it is rounded.
 
+use crate::base::num;
 use std::fmt;
 
 /// Points of a sweep over a fraction 0…1, both ends included.
@@ -114,7 +115,7 @@ pub fn grid_bits(values: &[f64]) -> Option<u32> {
 /// Fraction of point k of a sweep.
 #[must_use]
 pub fn fraction(k: usize) -> f64 {
-    crate::engine::to_u64(k) as f64 / f64::from(SWEEP)
+    num::u64(k) as f64 / f64::from(SWEEP)
 }
 
 /// Finds the rule behind the weights of a sweep: of all rules of up to 10 bits and of none at all, the one with the

@@ -2,6 +2,7 @@
 
 use super::steps::{SWEEP, Staircase, fraction, staircase};
 use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32};
+use crate::base::num;
 use crate::gpu::GpuError;
 
 /// Texels along an edge of the probes' texture. With coordinates near 1/2 a float resolves 2^−24·16 = 2^−20 texel.
@@ -38,7 +39,7 @@ pub struct Coordinates {
 }
 
 fn at(x: f64, y: f64) -> Query {
-    let size = crate::engine::to_u64(SIZE) as f64;
+    let size = num::u64(SIZE) as f64;
     Query { at: [to_f32(x / size), to_f32(y / size), 0.0], ..Query::default() }
 }
 

@@ -1,5 +1,6 @@
 //! An open device: buffers, kernels, dispatches within the limits, and errors as values.
 
+use crate::base::num;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
@@ -228,7 +229,7 @@ impl Gpu {
     /// As [`Gpu::buffer`].
     pub fn upload<T: NoUninit>(&self, label: &str, data: &[T]) -> Result<wgpu::Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let buffer = self.buffer(label, crate::engine::to_u64(bytes.len()))?;
+        let buffer = self.buffer(label, num::u64(bytes.len()))?;
         self.write(&buffer, data)?;
         Ok(buffer)
     }
@@ -240,7 +241,7 @@ impl Gpu {
     /// More bytes than a binding may have, or than there is memory.
     pub fn uniform<T: NoUninit>(&self, label: &str, data: &T) -> Result<wgpu::Buffer, GpuError> {
         let bytes = bytemuck::bytes_of(data);
-        let size = crate::engine::to_u64(bytes.len());
+        let size = num::u64(bytes.len());
         let most = self.limits().max_uniform_buffer_binding_size;
         if size > most {
             return Err(GpuError::TooLarge {
@@ -275,7 +276,7 @@ impl Gpu {
         let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let items = binding / bytes.max(1);
         let covered = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(workgroup);
-        usize::try_from(items.min(covered)).unwrap_or(usize::MAX)
+        num::usize(items.min(covered))
     }
 
     /// Runs a kernel over `invocations`, in workgroups of `workgroup` (as its source says) along x. The buffers are
@@ -309,7 +310,7 @@ impl Gpu {
         workgroup: u32,
     ) -> Result<(), GpuError> {
         let most = self.limits().max_compute_workgroups_per_dimension;
-        let groups = crate::engine::to_u64(invocations).div_ceil(u64::from(workgroup.max(1)));
+        let groups = num::u64(invocations).div_ceil(u64::from(workgroup.max(1)));
         let Some(groups) = u32::try_from(groups).ok().filter(|n| *n <= most) else {
             return Err(GpuError::TooLarge {
                 what: format!("dispatch of {}", kernel.label),
@@ -369,7 +370,7 @@ impl Gpu {
         buffer: &wgpu::Buffer,
         count: usize,
     ) -> Result<Vec<T>, GpuError> {
-        let bytes = crate::engine::to_u64(count.saturating_mul(size_of::<T>()));
+        let bytes = num::u64(count.saturating_mul(size_of::<T>()));
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = self.raw_buffer("read back", bytes, usage)?;
         self.guarded("a copy", |device, queue| {

@@ -4,6 +4,7 @@ use super::kernels::Kernel;
 use super::maps::Maps;
 use super::policy::Policy;
 use super::{Gpu, GpuError};
+use crate::base::num;
 
 /// Invocations of a workgroup, as the kernels say.
 const WORKGROUP: u32 = 64;
@@ -35,7 +36,7 @@ pub struct Batch {
 }
 
 fn small(n: usize) -> u32 {
-    u32::try_from(n).unwrap_or(u32::MAX)
+    num::u32(n)
 }
 
 impl Program {
@@ -75,7 +76,7 @@ impl Program {
     /// Most fragments of a batch.
     #[must_use]
     pub fn batch(gpu: &Gpu, words: Words) -> usize {
-        let bytes = crate::engine::to_u64(4 * words.input.max(words.output));
+        let bytes = num::u64(4 * words.input.max(words.output));
         gpu.batch(bytes, WORKGROUP).clamp(1, MOST)
     }
 
@@ -116,7 +117,7 @@ impl Program {
         policy.output_words = small(words.output);
         let uniform = uniform(gpu, &policy.bytes())?;
         let input = gpu.upload("operands", input)?;
-        let output = gpu.buffer("results", crate::engine::to_u64(4 * fragments * words.output))?;
+        let output = gpu.buffer("results", num::u64(4 * fragments * words.output))?;
         let steps = gpu.upload("steps", if steps.is_empty() { &[0.0] } else { steps })?;
         let bound = gpu.guarded(&format!("the bindings of {}", self.name), |device, _| {
             let resources = vec![
@@ -173,7 +174,7 @@ impl Program {
             let batch = self.upload(gpu, maps, policy, words, part, steps)?;
             self.dispatch(gpu, &batch)?;
             out.extend(batch.read(gpu)?);
-            done(crate::engine::to_u64(part.len() / words.input));
+            done(num::u64(part.len() / words.input));
         }
         Ok(out)
     }
@@ -194,7 +195,7 @@ fn uniform(gpu: &Gpu, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
     let buffer = gpu.guarded("the policy", |device, _| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("policy"),
-            size: crate::engine::to_u64(bytes.len()),
+            size: num::u64(bytes.len()),
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         })

@@ -1,6 +1,7 @@
 //! Maps on the device: colours and distances as array textures, tables as storage buffers.
 
 use super::{Gpu, GpuError};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
@@ -21,7 +22,7 @@ struct Layer {
 }
 
 fn small(n: usize) -> u32 {
-    u32::try_from(n).unwrap_or(u32::MAX)
+    num::u32(n)
 }
 
 fn wide(texels: &[[f32; 3]]) -> Vec<u8> {

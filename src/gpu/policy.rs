@@ -1,5 +1,6 @@
 //! The uniform that every kernel reads: the unit's choices and the sizes of the maps, word by word.
 
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
@@ -82,7 +83,7 @@ fn row(v: [f64; 3], last: f64) -> [f32; 4] {
 }
 
 fn small(n: usize) -> u32 {
-    u32::try_from(n).unwrap_or(u32::MAX)
+    num::u32(n)
 }
 
 /// Numbers that a float engine makes of a unit's tables: probe weights and the angle table.

@@ -6,6 +6,7 @@ use half::f16;
 
 use super::device::{Gpu, Kernel, bind_group};
 use super::error::GpuError;
+use crate::base::num;
 use crate::fingerprint::unit::{Format, Image, Query, Shape, Source, State, TextureUnit};
 
 /// Invocations of a workgroup, as the shader says.
@@ -120,7 +121,7 @@ impl<'a> DeviceSampler<'a> {
     ///
     /// A texture beyond the device's limits, or no memory.
     pub fn upload(&self, image: &Image) -> Result<wgpu::TextureView, GpuError> {
-        let side = u32::try_from(image.size).unwrap_or(u32::MAX);
+        let side = num::u32(image.size);
         let most = self.gpu.limits().max_texture_dimension_2d;
         if side > most {
             return Err(GpuError::TooLarge {
@@ -135,7 +136,7 @@ impl<'a> DeviceSampler<'a> {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("fingerprint"),
                 size: extent(side, faces),
-                mip_level_count: u32::try_from(image.levels.len()).unwrap_or(1),
+                mip_level_count: num::u32(image.levels.len()),
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
                 format: match image.format {
@@ -195,7 +196,7 @@ impl<'a> DeviceSampler<'a> {
             self.prepare_kernel(shape, source)?;
         }
         // A row of quads is two rows of pixels; the target's height is limited.
-        let rows = usize::try_from(self.gpu.limits().max_texture_dimension_2d / 2).unwrap_or(1);
+        let rows = num::usize(self.gpu.limits().max_texture_dimension_2d / 2);
         let most = match source {
             Source::Quad => rows * QUADS as usize,
             Source::Level | Source::Gradient => self.gpu.batch(48, WORKGROUP),
@@ -208,7 +209,7 @@ impl<'a> DeviceSampler<'a> {
                 colors.extend(self.sample_quads(view, shape, state, &buffer, queries.len())?);
                 continue;
             }
-            let out = self.gpu.buffer("colors", 16 * crate::engine::to_u64(queries.len()))?;
+            let out = self.gpu.buffer("colors", 16 * num::u64(queries.len()))?;
             let resources = vec![
                 buffer.as_entire_binding(),
                 out.as_entire_binding(),
@@ -231,7 +232,7 @@ impl<'a> DeviceSampler<'a> {
         queries: &wgpu::Buffer,
         count: usize,
     ) -> Result<Vec<[f32; 4]>, GpuError> {
-        let rows = u32::try_from(count.div_ceil(QUADS as usize)).unwrap_or(1);
+        let rows = num::u32(count.div_ceil(QUADS as usize));
         let size = wgpu::Extent3d { width: 2 * QUADS, height: 2 * rows, depth_or_array_layers: 1 };
         let bytes = u64::from(size.width) * u64::from(size.height) * u64::from(PIXEL);
         let staging = self.gpu.guarded("a picture of quads", |device, queue| {
@@ -274,7 +275,7 @@ impl<'a> DeviceSampler<'a> {
                 });
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &bound, &[]);
-                pass.draw(0..6, 0..u32::try_from(count).unwrap_or(0));
+                pass.draw(0..6, 0..num::u32(count));
             }
             let layout = wgpu::TexelCopyBufferLayout {
                 offset: 0,

@@ -1,6 +1,7 @@
 //! Cube maps stored as pictures: strips, crosses and OpenEXR's own arrangement.
 
 use super::resample::{mix, real, split};
+use crate::base::num;
 use crate::cube::{CubeLevel, across_edge};
 
 /// How six faces of a side lie in a picture.
@@ -61,7 +62,7 @@ pub(super) fn cut(
 pub(super) fn lookup_on_edges(cube: &CubeLevel, face: usize, u: f64, v: f64) -> [f64; 3] {
     let last = real(cube.size - 1);
     let ((x0, fx), (y0, fy)) = (split((u + 1.0) / 2.0 * last), split((v + 1.0) / 2.0 * last));
-    let inside = |t: i64| usize::try_from(t).unwrap_or(0).min(cube.size - 1);
+    let inside = |t: i64| num::usize(t).min(cube.size - 1);
     let tap = |x, y| cube.texel(face, inside(x), inside(y)).map(f64::from);
     let line = |y| mix(tap(x0, y), tap(x0 + 1, y), fx);
     mix(line(y0), line(y0 + 1), fy)

@@ -5,6 +5,7 @@
 
 use super::load::LoadOptions;
 use super::planar::EnvLayout;
+use crate::base::num;
 use crate::error::InputError;
 
 /// One attribute as stored.
@@ -239,7 +240,7 @@ fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, In
     };
     let blocks = if tiled {
         let tiles = get("tiles", "tiledesc", 9)?;
-        let side = |i| usize::try_from(word(tiles, i)).unwrap_or(0);
+        let side = |i| num::usize(word(tiles, i));
         let (tw, th, mode) = (side(0), side(4), tiles[8]);
         if tw == 0 || th == 0 || mode & 15 > 2 || mode >> 4 > 1 {
             let found = format!("{}x{}, mode {mode}", word(tiles, 0), word(tiles, 4));

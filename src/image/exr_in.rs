@@ -4,6 +4,7 @@ use super::exr_header::{Blocks, Part, bad, check, scan};
 use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
+use crate::base::num;
 use crate::error::InputError;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{
@@ -101,7 +102,7 @@ fn collect(
     subject: &str,
 ) -> Result<Vec<Chunk>, InputError> {
     let damaged = |found: String| bad(subject, "chunk table", "every chunk once", found);
-    let count = usize::try_from(part.chunk_count()).unwrap_or(usize::MAX);
+    let count = num::usize(part.chunk_count());
     let offsets = bytes.get(table..).unwrap_or_default().chunks_exact(8).take(count);
     let mut missing: std::collections::BTreeSet<[usize; 3]> = (0..levels)
         .flat_map(|level| {
@@ -206,7 +207,7 @@ impl<'a> Words<'a> {
 impl Part {
     /// Pixels of the block at [level, row, column], which lies inside the image.
     fn block_size(&self, [level, row, column]: [usize; 3]) -> [usize; 2] {
-        let [width, height] = self.level_size(u32::try_from(level).unwrap_or(0));
+        let [width, height] = self.level_size(num::u32(level));
         let [bw, bh] = match self.blocks {
             Blocks::Lines(rows) => [width, rows],
             Blocks::Tiles { size, .. } => size,

@@ -6,6 +6,7 @@
 
 use super::mips::narrow;
 use super::resample::{centres, mix, real, samples_per_side, split};
+use crate::base::num;
 use crate::cube::CubeLevel;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -112,13 +113,13 @@ impl LatLong {
         } else {
             (x.rem_euclid(w), y)
         };
-        let index = usize::try_from(y * w + x).unwrap_or(0);
+        let index = num::usize(y * w + x);
         self.texels[index].map(f64::from)
     }
 }
 
 fn as_i64(n: usize) -> i64 {
-    i64::try_from(n).unwrap_or(i64::MAX)
+    num::i64(n)
 }
 
 #[cfg(test)]

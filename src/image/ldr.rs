@@ -4,6 +4,7 @@
 use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
+use crate::base::num;
 use crate::error::InputError;
 use image::{ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
@@ -40,7 +41,7 @@ pub(super) fn read(
         }
         decoder.set_limits(limits()).map_err(|e| damaged(e.to_string()))?;
         let colour = decoder.color_type();
-        let size = usize::try_from(total).unwrap_or(usize::MAX);
+        let size = num::usize(total);
         let mut buffer = room(size, subject)?;
         buffer.resize(size, 0);
         decoder.read_image(&mut buffer).map_err(|e| damaged(e.to_string()))?;

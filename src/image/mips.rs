@@ -1,5 +1,6 @@
 //! The mip chain of a cube map or a 2-D texture: box filter over exact footprints.
 
+use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap};
 use crate::planar::{PlanarLevel, PlanarMap};
 use rayon::prelude::*;
@@ -35,7 +36,7 @@ fn footprints(from: usize, to: usize) -> Vec<(usize, Vec<u32>)> {
                 .take_while(|j| j * src < end)
                 .map(|j| {
                     let overlap = end.min((j + 1) * src) - start.max(j * src);
-                    u32::try_from(overlap).unwrap_or(u32::MAX)
+                    num::u32(overlap)
                 })
                 .collect();
             (first, weights)

@@ -5,6 +5,7 @@
 use super::load::{LoadOptions, room};
 use super::planar::Planar;
 use super::quiet::guarded;
+use crate::base::num;
 use crate::error::InputError;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
@@ -29,7 +30,7 @@ pub(super) fn read(
         )
         .at("pixels"));
     }
-    let size = usize::try_from(12 * w * h).unwrap_or(usize::MAX);
+    let size = num::usize(12 * w * h);
     let mut buffer: Vec<u8> = room(size, subject)?;
     let decode = || -> image::ImageResult<bool> {
         let decoder = HdrDecoder::new_nonstrict(bytes)?;

@@ -1,6 +1,7 @@
 //! Supersampling of any source into the faces of a cube.
 
 use super::mips::narrow;
+use crate::base::num;
 use crate::cube::CubeLevel;
 use rayon::prelude::*;
 
@@ -20,7 +21,7 @@ pub(super) fn samples_per_side(per_texel: f64) -> usize {
 
 /// A small whole number as f64, exactly (sizes stay below 2^31).
 pub(super) fn real(n: usize) -> f64 {
-    f64::from(u32::try_from(n).unwrap_or(u32::MAX))
+    f64::from(num::u32(n))
 }
 
 /// u or v of the centres of `side` steps in each of `size` texels, −1..1.

@@ -3,11 +3,11 @@
 
 use rayon::prelude::*;
 
+use crate::base::dual::{cross, dot};
 use crate::cube::{CubeMap, FACE_AXES, face_uv};
 use crate::fragment::HitFragment;
 use crate::picture::Picture;
 use crate::reference::{Env, Flags, Texture, ewa_counted};
-use crate::scene::dual::{cross, dot};
 use crate::scene::hit::HitScene;
 use crate::truth::texels::PaddedCube;
 use crate::truth::{TruthOptions, TruthPicture, supersample};

@@ -13,6 +13,7 @@ pub mod write;
 
 use rayon::prelude::*;
 
+use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, direction, face_uv};
 use crate::distance::DistanceCube;
 use crate::image::build_mips;
@@ -146,10 +147,7 @@ fn centre(
             let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
             (
                 narrow(sight.meeting.t * length),
-                WallPlace {
-                    wall: i32::try_from(sight.wall).unwrap_or(i32::MAX),
-                    uv: sight.uv.map(narrow),
-                },
+                WallPlace { wall: num::i32(sight.wall), uv: sight.uv.map(narrow) },
             )
         }
     }
@@ -194,7 +192,7 @@ mod tests {
             let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
             let point: [f64; 3] =
                 std::array::from_fn(|i| reference[i] + f64::from(*distance) * d[i] / length);
-            let wall = usize::try_from(place.wall).unwrap_or(usize::MAX);
+            let wall = num::usize(place.wall);
             let axis = wall / 2;
             let plane = if wall % 2 == 0 { room.high } else { room.low };
             // Distances below 10, rounded to f32: half an ulp is 2⁻²¹.

@@ -109,7 +109,7 @@ fn length(a: [f64; 3]) -> f64 {
 /// The angle between two directions in degrees; 180 where one of them is zero.
 #[must_use]
 pub fn degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let cross = crate::scene::dual::cross(a, b);
+    let cross = crate::base::dual::cross(a, b);
     let dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     if length(a) == 0.0 || length(b) == 0.0 {
         return 180.0;

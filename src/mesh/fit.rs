@@ -1,8 +1,8 @@
 //! Where a mesh goes and which of its triangles count.
 
 use super::{Corner, Soup};
+use crate::base::dual::{cross, difference, dot};
 use crate::error::InputError;
-use crate::scene::dual::{cross, difference, dot};
 
 /// Positions moved and scaled: the middle of the bounding box of all used corners goes to `centre`, the
 /// farthest used corner to the distance `radius`. Directions stay.

@@ -11,9 +11,10 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 
 use super::{Corner, Soup, admit};
+use crate::base::dual::{cross, dot};
+use crate::base::num;
 use crate::error::InputError;
 use crate::image::guarded;
-use crate::scene::dual::{cross, dot};
 
 /// Reads the bytes of a file.
 ///
@@ -170,7 +171,7 @@ impl Reader<'_> {
         }
         let indices = match primitive.indices() {
             Some(accessor) => self.indices(&accessor, &format!("{place}.indices"))?,
-            None => (0..u32::try_from(positions.len()).unwrap_or(u32::MAX)).collect(),
+            None => (0..num::u32(positions.len())).collect(),
         };
         if let Some(index) = indices.iter().position(|i| *i as usize >= positions.len()) {
             return Err(self.error(
@@ -187,7 +188,7 @@ impl Reader<'_> {
         admit(soup.triangles.len() + count, self.subject, || place.to_string())?;
         let base = [soup.positions.len(), soup.normals.len(), soup.texcoords.len()];
         // Below 2²² triangles and 2²⁸ bytes a list, so the sums fit; a gap would be out of range later.
-        let shifted = |base: usize, i: u32| u32::try_from(base + i as usize).unwrap_or(u32::MAX);
+        let shifted = |base: usize, i: u32| num::u32(base + i as usize);
         let corner = |i: u32| Corner {
             position: shifted(base[0], i),
             normal: normals.as_ref().map(|_| shifted(base[1], i)),

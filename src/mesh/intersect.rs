@@ -7,7 +7,7 @@
 //! a ray through a closed mesh meets one of the two, or both at the same distance.
 
 use super::Triangle;
-use crate::scene::dual::{Scalar, constants, difference};
+use crate::base::dual::{Scalar, constants, difference};
 
 /// Weights of a triangle's corners at a ray's hit, and the multiple of the direction.
 #[derive(Clone, Copy, Debug, PartialEq)]

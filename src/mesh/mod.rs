@@ -13,8 +13,8 @@ mod obj;
 use std::io::Read as _;
 use std::path::Path;
 
+use crate::base::dual::{cross, difference};
 use crate::error::InputError;
-use crate::scene::dual::{cross, difference};
 pub use intersect::{Barycentric, meet};
 
 /// Largest file in bytes.

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::{Corner, Soup};
-use crate::scene::dual::{cross, difference, dot};
+use crate::base::dual::{cross, difference, dot};
 
 /// Unit normals of every triangle's corners, and how many were computed.
 ///

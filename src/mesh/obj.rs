@@ -5,6 +5,7 @@
 //! or below it, so ranges are checked at the end. A texture coordinate's v grows upwards: t = 1 − v.
 
 use super::{Corner, Soup, admit};
+use crate::base::num;
 use crate::error::InputError;
 
 /// Reads the bytes of a file.
@@ -149,7 +150,7 @@ fn index(text: &str, length: usize) -> Result<u32, String> {
     let from_zero = if value > 0 {
         value - 1
     } else {
-        let length = i64::try_from(length).unwrap_or(i64::MAX);
+        let length = num::i64(length);
         length.checked_add(value).filter(|i| value < 0 && *i >= 0).ok_or_else(wrong)?
     };
     u32::try_from(from_zero).map_err(|_| wrong())

@@ -1,6 +1,7 @@
 //! Distances as the float reference reads them.
 
 use super::address::texel_coordinate;
+use crate::base::num;
 use crate::cube::{across_edge, direction, face_uv};
 use crate::distance::Distance;
 use crate::policy::LookUp;
@@ -62,7 +63,7 @@ impl Distances {
             Distance::Cube(cube) => cube,
         };
         let size = cube.size;
-        let n = i64::try_from(size).unwrap_or(i64::MAX);
+        let n = num::i64(size);
         let tap = |face: usize, x: i64, y: i64| {
             across_edge(size, face, x, y).map_or(f64::INFINITY, |(f, x, y)| {
                 let index = (f * size + y) * size + x;

@@ -8,6 +8,7 @@ use super::planar::PlanarTexture;
 use super::real::Real;
 use super::tex::Tex;
 use super::texture::Texture;
+use crate::base::num;
 use crate::cube::{direction, face_uv};
 
 /// Most lattice points that a footprint may take before the lattice becomes coarser.
@@ -164,11 +165,11 @@ impl Lattice {
         let last = texture.levels() - 1;
         let mip = (level as usize).min(last);
         let size = texture.level_size(mip);
-        let beyond = i32::try_from(level as usize - mip).unwrap_or(i32::MAX);
+        let beyond = num::i32(level as usize - mip);
         Self {
             level,
             mip,
-            size: if beyond == 0 { i64::try_from(size).unwrap_or(i64::MAX) } else { 0 },
+            size: if beyond == 0 { num::i64(size) } else { 0 },
             spacing: libm::scalbn(2.0 / size as f64, beyond),
         }
     }

@@ -1,6 +1,7 @@
 //! A cube map prepared for bilinear look-ups across edges and corners.
 
 use super::address::{Address, texel_coordinate};
+use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, across_edge};
 
 /// What lies around the faces of one level: a ring of neighbours, and the corners' means.
@@ -26,7 +27,7 @@ impl Border {
         let tap = |face: usize, x: i64, y: i64| {
             across_edge(size, face, x, y).map_or([0.0; 3], |(f, x, y)| level.texel(f, x, y))
         };
-        let signed = |t: usize| i64::try_from(t).unwrap_or(i64::MAX);
+        let signed = |t: usize| num::i64(t);
         let outside = [-1, signed(size)];
         let mut edges = Vec::with_capacity(24 * size);
         let mut corners = Vec::with_capacity(24);

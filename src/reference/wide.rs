@@ -1,5 +1,6 @@
 //! Doubles of twice the precision and any exponent, for inputs that plain doubles cannot hold.
 
+use crate::base::num;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -165,7 +166,7 @@ impl Real for Wide {
     }
 
     fn to_f64(self) -> f64 {
-        let exponent = i32::try_from(self.exponent.clamp(-4000, 4000)).unwrap_or(0);
+        let exponent = num::i32(self.exponent.clamp(-4000, 4000));
         saturate(libm::scalbn(self.high, exponent))
     }
 

@@ -1,5 +1,7 @@
 //! Text and bytes made safe to stand inside HTML.
 
+use crate::base::num;
+
 /// Escapes a text for element content and for attribute values in double quotes.
 #[must_use]
 pub fn escape(text: &str) -> String {
@@ -26,7 +28,7 @@ pub fn base64(bytes: &[u8]) -> String {
         let byte = |at: usize| u32::from(group.get(at).copied().unwrap_or(0));
         let word = byte(0) << 16 | byte(1) << 8 | byte(2);
         for at in 0..4 {
-            let index = usize::try_from(word >> (18 - 6 * at) & 63).unwrap_or(0);
+            let index = num::usize(word >> (18 - 6 * at) & 63);
             let present = at <= group.len();
             out.push(if present { char::from(ALPHABET[index]) } else { '=' });
         }

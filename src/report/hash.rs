@@ -3,6 +3,7 @@
 //! They tell versions apart; they do not resist somebody who looks for collisions.
 //! Source: Fowler, Noll, Vo, draft-eastlake-fnv; offset 0xcbf29ce484222325, prime 0x100000001b3.
 
+use crate::base::num;
 use crate::picture::Picture;
 
 /// A running FNV-1a hash.
@@ -47,7 +48,7 @@ pub fn text_hash(text: &str) -> u64 {
 pub fn picture_hash(picture: &Picture) -> u64 {
     let mut hash = Fnv64::default();
     for extent in [picture.width, picture.height] {
-        let extent = u64::try_from(extent).unwrap_or(u64::MAX);
+        let extent = num::u64(extent);
         hash = hash.write(&extent.to_le_bytes());
     }
     for (rgb, &covered) in picture.rgb.iter().zip(&picture.covered) {

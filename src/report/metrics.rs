@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::base::num;
 use crate::error::InputError;
 use crate::picture::Picture;
 use crate::srgb::srgb_encode;
@@ -183,7 +184,7 @@ fn pixel(
     }
     if sums.fragments == 0 || worst > sums.worst {
         sums.worst = worst;
-        sums.worst_pixel = [x, y].map(|t| u32::try_from(t).unwrap_or(u32::MAX));
+        sums.worst_pixel = [x, y].map(|t| num::u32(t));
     }
     sums.fragments += 1;
     sums.coverage_differs += usize::from(a.covered[at] != b.covered[at]);

@@ -3,6 +3,7 @@
 //! Units stand in the column headers, numbers are right-aligned, columns are two spaces apart.
 //! No colour and no line drawing: the output pastes into a bug report as it is.
 
+use crate::base::num;
 use std::fmt;
 
 /// On which side a column's cells end.
@@ -101,9 +102,9 @@ pub fn significant(value: f64, digits: usize) -> String {
     // Rounding first: 9.996 with three digits is 10.0, not 10.00.
     let text = format!("{value:.*e}", digits - 1);
     let exponent = text.rsplit('e').next().and_then(|e| e.parse::<i32>().ok());
-    let digits = i32::try_from(digits).unwrap_or(i32::MAX);
+    let digits = num::i32(digits);
     let decimals = digits.saturating_sub(1).saturating_sub(exponent.unwrap_or(0));
-    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+    format!("{value:.*}", num::usize(decimals))
 }
 
 /// A number that may be missing: `-` for `None`.

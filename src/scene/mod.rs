@@ -2,7 +2,6 @@
 
 pub mod bump;
 pub mod bump_maps;
-pub mod dual;
 pub mod environment;
 pub mod hit;
 pub mod moments;
@@ -17,6 +16,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::base::dual::{self, Dual, cross};
 use crate::cube::CubeLevel;
 use crate::error::InputError;
 use crate::fragment::{Fragment, PixelFragment};
@@ -24,7 +24,6 @@ use crate::mesh::Mesh;
 use crate::settings::Settings;
 use crate::stage::Stage;
 use bump::{BumpMap, BumpSource};
-use dual::{Dual, cross};
 use pyramid::Pyramid;
 use surface::{Camera, Shape};
 

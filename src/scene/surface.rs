@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::dual::{Scalar, constants, cross, difference, dot, scaled, sum};
+use crate::base::dual::{Scalar, constants, cross, difference, dot, scaled, sum};
 use crate::mesh::{self, Mesh};
 
 /// A pinhole camera at the origin.

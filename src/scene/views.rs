@@ -1,7 +1,7 @@
 //! Where camera and surface of each built-in scene stand.
 
-use super::dual::{cross, dot};
 use super::surface::{Camera, Shape};
+use crate::base::dual::{cross, dot};
 
 /// Camera and shape of a scene. Lengths are in units of the object; the picture's shorter side sets
 /// the focal length, so that every size shows the same.

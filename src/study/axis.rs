@@ -3,8 +3,9 @@
 use toml::de::DeTable;
 
 use super::read::Reader;
+use crate::base::num;
+use crate::base::random::Random;
 use crate::error::InputError;
-use crate::random::Random;
 use crate::unit::UnitSpec;
 use crate::unit::knobs::Value;
 
@@ -191,10 +192,9 @@ fn span(
             let Some(count) = count else {
                 return Err(r.at(offset, kind, "`count`", "none"));
             };
-            let steps = f64::from(u32::try_from(count - 1).unwrap_or(u32::MAX)).max(1.0);
+            let steps = f64::from(num::u32(count - 1)).max(1.0);
             let value = |i: usize| {
-                let x =
-                    from + (to - from) * f64::from(u32::try_from(i).unwrap_or(u32::MAX)) / steps;
+                let x = from + (to - from) * f64::from(num::u32(i)) / steps;
                 if whole { number(x.round(), true) } else { number(x, false) }
             };
             let mut values: Vec<Value> = (0..count).map(value).collect();
@@ -205,9 +205,9 @@ fn span(
             let (step, factor) =
                 (r.real(table, "step", 0.0, limit)?, r.real(table, "factor", 1.0, limit)?);
             let next: Box<dyn Fn(f64, usize) -> f64> = match (step, factor) {
-                (Some(step), None) if step > 0.0 => Box::new(move |_, i| {
-                    from + step * f64::from(u32::try_from(i).unwrap_or(u32::MAX))
-                }),
+                (Some(step), None) if step > 0.0 => {
+                    Box::new(move |_, i| from + step * f64::from(num::u32(i)))
+                }
                 (None, Some(factor)) if factor > 1.0 && from > 0.0 => {
                     Box::new(move |x, _| x * factor)
                 }

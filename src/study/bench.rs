@@ -3,6 +3,7 @@
 //! Kept are the scene, the references by the policies that they honour, real rays, texels in memory, and the
 //! registers in front of the first one that a unit changes (`engine::reuse`).
 
+use crate::base::num;
 use std::collections::BTreeMap;
 
 use crate::engine::hit::HitResult;
@@ -149,7 +150,7 @@ impl Bench {
         };
         self.rtl_seconds += out.0.seconds;
         for (sum, n) in self.saved.iter_mut().zip([out.2.kept, out.2.steps]) {
-            *sum += crate::engine::to_u64(n);
+            *sum += num::u64(n);
         }
         Ok(out)
     }

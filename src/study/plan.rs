@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::axis::{Axis, Values};
 use super::read::Reader;
+use crate::base::num;
 use crate::engine::Rung;
 use crate::error::InputError;
 use crate::report::hash::{hash_text, text_hash};
@@ -166,7 +167,7 @@ impl Plan {
             exposure: r.real(root, "exposure", -64.0, 64.0)?.unwrap_or(0.0),
             mode,
             count: count.unwrap_or(0),
-            seed: u64::try_from(seed).unwrap_or(0),
+            seed: num::u64(seed),
             axes,
             error: figures(&r, root, "error")?.pop(),
             metrics: figures(&r, root, "metrics")?,

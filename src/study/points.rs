@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::axis::Axis;
 use super::plan::{Mode, Plan};
-use crate::random::Random;
+use crate::base::random::Random;
 use crate::stage::Stage;
 use crate::unit::knobs::Value;
 

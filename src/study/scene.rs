@@ -2,6 +2,7 @@
 
 use super::cost::Operation;
 use super::cost::texels::Maps;
+use crate::base::num;
 use crate::engine::float::{EwaEngine, TruthEngine};
 use crate::engine::hit_subject::HitSubject;
 use crate::engine::reuse::lines::{Line, TexLine};
@@ -58,8 +59,8 @@ impl Scene {
     #[must_use]
     pub fn fragments(&self) -> u64 {
         match self {
-            Self::Env(s) => crate::engine::to_u64(s.scene.fragments.len()),
-            Self::Hit(s) => crate::engine::to_u64(s.scene.rays.len()),
+            Self::Env(s) => num::u64(s.scene.fragments.len()),
+            Self::Hit(s) => num::u64(s.scene.rays.len()),
             Self::Tex(s) => s.requests,
         }
     }

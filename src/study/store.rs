@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::rows::csv;
+use crate::base::num;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 
@@ -280,7 +281,7 @@ pub fn merge(parts: &[PathBuf], paths: &Paths) -> Result<usize, InputError> {
     let header =
         header.ok_or_else(|| broken(Path::new("study merge"), "one part or more", "none"))?;
     let rows = header.get("rows").and_then(Value::as_u64).unwrap_or(0);
-    let missing: Vec<String> = (0..usize::try_from(rows).unwrap_or(0))
+    let missing: Vec<String> = (0..num::usize(rows))
         .filter(|n| !all.contains_key(n))
         .take(5)
         .map(|n| n.to_string())

@@ -10,6 +10,7 @@
 
 pub mod words;
 
+use crate::base::num;
 use rtl_model::Config;
 use rtl_model::policy::{Axis, Count, Dnmod, Minor, Weights};
 use rtl_model::regs::Reg;
@@ -192,8 +193,8 @@ impl Ellipse {
     fn new(w: &Words<'_>, t: &TableErrors) -> Self {
         let format = w.0.format(Reg::CovK);
         // The larger of a, c has its leading bit on one of the two top bits.
-        let k = libm::ldexp(4.0, -i32::try_from(format.magnitude_bits()).unwrap_or(0));
-        let least = libm::ldexp(0.25, i32::try_from(format.int).unwrap_or(0));
+        let k = libm::ldexp(4.0, -num::i32(format.magnitude_bits()));
+        let least = libm::ldexp(0.25, num::i32(format.int));
         // λ²: eigenvalues move by |δK| ≤ 2k(a + c) ≤ 4kλ1²; half of the root's error; its own register,
         // where λ1² ≥ (a + c)/2 ≥ least/2. The root is at most a + c ≤ 2λ1².
         let square = 4.0 * k
@@ -233,7 +234,7 @@ fn axis(w: &Words<'_>, t: &TableErrors) -> Option<(f64, &'static str)> {
             ))
         }
         Axis::EigenExact => {
-            let least = libm::ldexp(0.25, i32::try_from(w.0.format(Reg::CovK).int).unwrap_or(0));
+            let least = libm::ldexp(0.25, num::i32(w.0.format(Reg::CovK).int));
             // (|c − a| + root, 2b) is at least the root long; 30-bit components and 1/√x.
             let root = t.sqrt + 256.0 * w.fixed(Reg::EigenRoot) / least;
             Some((

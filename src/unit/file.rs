@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::UnitSpec;
 use super::knobs::Value;
 use super::set::unknown;
+use crate::base::num;
 use crate::error::InputError;
 
 /// Largest unit file that is read.
@@ -155,7 +156,7 @@ pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, InputError> {
         std::fs::File::open(path).map_err(broken)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)
     }
     .map_err(broken)?;
-    if u64::try_from(size).unwrap_or(u64::MAX) > MAX_BYTES {
+    if num::u64(size) > MAX_BYTES {
         return Err(InputError::new(
             &subject,
             format!("a {what} of at most 1 MiB"),

@@ -1,8 +1,8 @@
 //! Budgets: no bound is exceeded, on the default unit none is vacuous, and random units keep theirs.
 
 use rtl_model::fx::Rounding;
+use tapline::base::random::Random;
 use tapline::conformance::budget::{Row, Verdict, registers};
-use tapline::random::Random;
 use tapline::unit::UnitSpec;
 
 fn named(rows: &[Row], verdict: Verdict) -> Vec<String> {

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use peak_alloc::PeakAlloc;
 use rayon::prelude::*;
+use tapline::base::random::Random;
 use tapline::error::InputError;
 use tapline::image::install_quiet_panic_hook;
-use tapline::random::Random;
 use tapline::untrusted::Reader;
 
 #[global_allocator]

@@ -6,8 +6,8 @@
 )]
 
 use proptest::prelude::*;
+use tapline::base::dual::Dual;
 use tapline::mesh::{Corner, Mesh, Soup, meet};
-use tapline::scene::dual::Dual;
 
 /// A soup of separate triangles.
 fn soup(corners: &[[f64; 3]]) -> Soup {

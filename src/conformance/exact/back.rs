@@ -6,6 +6,7 @@ use rtl_model::stages::footprint::planar_unit;
 
 use super::Case;
 use super::sheet::{Sheet, real, zero};
+use crate::base::num;
 use crate::policy::{Axis, Count, Minor, Placement};
 use crate::reference::real::Real;
 use crate::reference::wide::Wide;
@@ -96,7 +97,7 @@ fn nearest(s: &mut Sheet<'_>, candidates: &[[f64; 2]], slack: f64) {
 
 /// 2^−bits.
 fn power(bits: u32) -> f64 {
-    libm::ldexp(1.0, -i32::try_from(bits).unwrap_or(0))
+    libm::ldexp(1.0, -num::i32(bits))
 }
 
 /// The entry of the bin that 2α lies in; beside a boundary, whose constants have 28 bits, either of the two.

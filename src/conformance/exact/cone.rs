@@ -4,6 +4,7 @@ use rtl_model::cone::{SmallFloat, StoreRounding};
 
 use super::Case;
 use super::sheet::Sheet;
+use crate::base::num;
 use crate::engine::tex::value;
 use crate::reference::ray_cone::{Angle, Cone, Step, Width, ray_cone as exact_cone};
 
@@ -35,7 +36,7 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
     } else {
         (i64::from(libm::ilogb(want)) - mantissa).max(format.lowest_exponent())
     };
-    let lsb = libm::ldexp(1.0, i32::try_from(place).unwrap_or(0));
+    let lsb = libm::ldexp(1.0, num::i32(place));
     let own = match sheet.config.cone.rounding {
         StoreRounding::Rne => 0.5,
         StoreRounding::Truncate | StoreRounding::Stochastic => 1.0,

@@ -6,6 +6,7 @@ use rtl_model::stages::filter::weights::weights;
 
 use super::Case;
 use super::sheet::{Sheet, real, zero};
+use crate::base::num;
 use crate::cube::{CubeMap, FACE_AXES, direction, major_face};
 use crate::policy::{Count, Weights, Wrap};
 use crate::reference::Texture;
@@ -45,9 +46,7 @@ fn on_cube(s: &Sheet<'_>, face: usize, uv: [Wide; 2]) -> Probe {
     let uv = [real(sign_s * d[sc]) * over, real(sign_t * d[tc]) * over];
     // The table, a product cut to 30 bits, and the rounding to u's and v's own fraction.
     let frac = s.config.format(Reg::AddrU).frac.min(s.config.format(Reg::AddrV).frac);
-    let slack = s.tables.recip
-        + libm::ldexp(1.0, -29)
-        + libm::ldexp(1.0, -i32::try_from(frac).unwrap_or(0));
+    let slack = s.tables.recip + libm::ldexp(1.0, -29) + libm::ldexp(1.0, -num::i32(frac));
     Probe { face: found, uv, slack: real(slack) }
 }
 
@@ -88,12 +87,12 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
     let (Some(count), Some(face)) = (case.count(), case.face().or(planar.then_some(0))) else {
         return;
     };
-    let last = usize::try_from(size.max(1).ilog2()).unwrap_or(0);
+    let last = num::usize(size.max(1).ilog2());
     let Some((first, weight)) = level(s, last) else {
         return;
     };
     for k in 0..count {
-        let index = usize::try_from(k).unwrap_or(0);
+        let index = num::usize(k);
         let along = real((2 * k + 1 - count) as f64);
         let mut uv = [zero(); 2];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
@@ -159,7 +158,7 @@ fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, t
     let register = config.format(Reg::FilterBilinear);
     let narrowed = register.frac < exact_frac || register.int < config.texel_int;
     let one = 1i64 << config.weight_bits;
-    for k in 0..usize::try_from(count).unwrap_or(0) {
+    for k in 0..num::usize(count) {
         let uv = [Reg::AddrU, Reg::AddrV].map(|reg| s.value(reg, k));
         let probe = on_cube(s, face, uv);
         for l in 0..=two {
@@ -206,11 +205,11 @@ fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, t
 fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
     let config = s.config;
     let feline = config.count == Count::Feline;
-    let probes = usize::try_from(count).unwrap_or(0);
+    let probes = num::usize(count);
     let (shares, total) = match config.weights {
         Weights::Box => (vec![1; probes], count.max(1)),
         Weights::Gaussian => {
-            let n = u32::try_from(count.max(1)).unwrap_or(1);
+            let n = num::u32(count.max(1));
             (weights(n, config.probe_weight_bits, feline), 1 << config.probe_weight_bits)
         }
     };

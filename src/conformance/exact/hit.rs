@@ -11,6 +11,7 @@ use super::front::{components, rotation};
 use super::jacobian::{derivative, project_d};
 use super::ports::{vector, word};
 use super::sheet::{Sheet, real, zero};
+use crate::base::num;
 use crate::policy::{ConeEnv, HitFootprint, HitStatus, LookUp, Method};
 use crate::reference::real::Real;
 use crate::reference::vector::{add, beside, cross, dot, scale};
@@ -34,7 +35,7 @@ fn look_up(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], memory: &DistanceMemor
     let raw = [0, 1, 2].map(|i| s.codes(Reg::HitLookUp).get(3 * index + i).map_or(0, |c| c.raw));
     let face = rtl_model::stages::cube_face::select(raw);
     let [sc, tc, ma] = components(face, raw.map(|x| Wide::code(x, own)));
-    let n = real(f64::from(u32::try_from(*size).unwrap_or(1)));
+    let n = real(f64::from(num::u32(*size)));
     let bilinear = s.config.hit.look_up == LookUp::Bilinear;
     for (i, side) in [sc, tc].into_iter().enumerate() {
         let exact = side / ma;
@@ -53,7 +54,7 @@ fn look_up(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], memory: &DistanceMemor
 /// The distance from four texels, where all are finite.
 fn radius(s: &mut Sheet<'_>, index: usize, face: usize, size: usize, codes: &[u32], scale: i64) {
     let one = 1i64 << s.config.format(Reg::HitS).frac;
-    let most = i64::try_from(size).unwrap_or(1) - 1;
+    let most = num::i64(size) - 1;
     let mut place = [(0usize, 0i64); 2];
     for (i, place) in place.iter_mut().enumerate() {
         let code = s.codes(Reg::HitS).get(2 * index + i).map_or(0, |c| c.raw);
@@ -64,7 +65,7 @@ fn radius(s: &mut Sheet<'_>, index: usize, face: usize, size: usize, codes: &[u3
             std::cmp::Ordering::Equal => code.rem_euclid(one),
             std::cmp::Ordering::Greater => one,
         };
-        *place = (usize::try_from(clamped + 1).unwrap_or(0), weight);
+        *place = (num::usize(clamped + 1), weight);
     }
     let [(x, wx), (y, wy)] = place;
     let stride = size + 2;
@@ -132,7 +133,7 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     }
     point(s, 0, x, r);
     let mut bracket = Bracket { under: (zero(), p), over: None, side: 0 };
-    for k in 0..usize::try_from(s.config.hit.iterations).unwrap_or(0) {
+    for k in 0..num::usize(s.config.hit.iterations) {
         if !s.has(Reg::HitLength, k + 1) {
             break;
         }
@@ -167,10 +168,7 @@ fn measure(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], look_up: usize) {
     }
     let exact = length / radius;
     // 1/dist goes through a register of its own, of which a trace shows the last value alone.
-    let word = libm::ldexp(
-        1.0,
-        1 - i32::try_from(s.config.format(Reg::HitInvRadius).magnitude_bits()).unwrap_or(0),
-    );
+    let word = libm::ldexp(1.0, 1 - num::i32(s.config.format(Reg::HitInvRadius).magnitude_bits()));
     let share = (1.0 + s.tables.recip) * (1.0 + word) - 1.0;
     s.fixed(Reg::HitRatio, index, exact, Sheet::share(exact, share));
 }
@@ -229,9 +227,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
         true if exact > far * real(4.0) => far * real(4.0),
         _ => exact,
     };
-    let word = |reg: Reg| {
-        libm::ldexp(1.0, 1 - i32::try_from(s.config.format(reg).magnitude_bits()).unwrap_or(0))
-    };
+    let word = |reg: Reg| libm::ldexp(1.0, 1 - num::i32(s.config.format(reg).magnitude_bits()));
     let share =
         (1.0 + s.tables.recip) * (1.0 + word(Reg::HitInvSpan)) * (1.0 + word(Reg::HitQuotient))
             - 1.0;

@@ -4,6 +4,7 @@ use rtl_model::Config;
 use rtl_model::fx::{Overflow, Rounding};
 use rtl_model::regs::Reg;
 
+use crate::base::num;
 use crate::engine::probe::{Code, RtlProbe};
 use crate::reference::real::Real;
 use crate::reference::wide::Wide;
@@ -245,7 +246,7 @@ impl<'a> Sheet<'a> {
         // Rounding up may reach the next power of two: the nearer of the two.
         let shift = top(held) - top(want);
         let error = |shift: i64| {
-            let scaled = want * libm::ldexp(1.0, i32::try_from(shift).unwrap_or(0));
+            let scaled = want * libm::ldexp(1.0, num::i32(shift));
             (scaled - held).abs()
         };
         let shift = [shift - 1, shift, shift + 1]

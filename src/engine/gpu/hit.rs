@@ -1,6 +1,7 @@
 //! The HIT operation on a device.
 
 use super::{Filtered, Operands, Reports, bit, flag_names, tables};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::engine::Progress;
@@ -138,7 +139,7 @@ impl<'a> GpuHit<'a> {
 
 fn result(filtered: Filtered, flags: u32, words: &[u32], ray: &HitFragment) -> HitResult {
     let number = |i: usize| f64::from(f32::from_bits(words[i]));
-    let status = STATUS[usize::try_from(words[5]).unwrap_or(1).min(5)];
+    let status = STATUS[num::usize(words[5]).min(5)];
     let iterations = words[4];
     let cone = ray.cone.is_some();
     HitResult {

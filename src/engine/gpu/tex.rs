@@ -1,6 +1,7 @@
 //! The TEX operation on a device: requests of a scene's paths, cones included.
 
 use super::{Filtered, Operands, tables};
+use crate::base::num;
 use crate::engine::tex_requests::{Request, scene_row};
 use crate::engine::tex_subject::TexSubject;
 use crate::fragment::{Tangents, TexFragment};
@@ -181,8 +182,8 @@ impl<'a> GpuTex<'a> {
 
     /// Rows whose requests go to the device together.
     pub(crate) fn rows_of_a_block(&self, requests: u64, rows: usize) -> usize {
-        let a_row = (requests / crate::engine::to_u64(rows).max(1)).max(1);
-        usize::try_from((BLOCK / a_row).max(1)).unwrap_or(1)
+        let a_row = (requests / num::u64(rows).max(1)).max(1);
+        num::usize((BLOCK / a_row).max(1))
     }
 
     /// The requests of some rows; `found` gets the row, the request and its result, flags of its operands included.
@@ -215,7 +216,7 @@ impl<'a> GpuTex<'a> {
             let mut operands = Operands::new(Flag::SurfNotFinite);
             for (y, request) in &asked {
                 let asked = &request.asked;
-                let whole = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+                let whole = |n: usize| num::u32(n);
                 operands.begin();
                 operands.numbers(&asked.direction);
                 operands.word(whole(starts[*y] + asked.first));

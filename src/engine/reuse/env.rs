@@ -9,9 +9,10 @@ use rtl_model::unit::{ENV_STEPS, Words};
 
 use super::lines::RtlLine;
 use super::{Keys, MOST_KEPT, Saved, texel_key};
+use crate::base::num;
 use crate::engine::dispatch::{GROUP, Group, LANES, Level};
 use crate::engine::rtl::RtlEngine;
-use crate::engine::{Engine as _, Rendering, Subject, encode, to_u64};
+use crate::engine::{Engine as _, Rendering, Subject, encode};
 use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
 
@@ -30,7 +31,7 @@ impl KeptEnv {
         spec: &UnitSpec,
         subject: &Subject,
     ) -> Result<(Rendering, Saved), InputError> {
-        let size = u32::try_from(subject.map.size()).unwrap_or(u32::MAX);
+        let size = num::u32(subject.map.size());
         let unit = Unit::new(&spec.config, subject.needs(), size).map_err(refused)?;
         let same_texels = |e: &RtlEngine| texel_key(&e.config) == texel_key(&spec.config);
         let texture = match self.engine.take().filter(same_texels) {
@@ -39,7 +40,7 @@ impl KeptEnv {
         };
         let engine =
             RtlEngine { unit, texture, config: spec.config.clone(), level: Level::detect() };
-        if to_u64(subject.scene.fragments.len()) > MOST_KEPT {
+        if num::u64(subject.scene.fragments.len()) > MOST_KEPT {
             let rendering = engine.render(subject, &|_| {});
             self.engine = Some(engine);
             return Ok((rendering, Saved::default()));

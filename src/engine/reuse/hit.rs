@@ -9,12 +9,13 @@ use rtl_model::unit::{HIT_STEPS, HitUnit};
 
 use super::lines::RtlLine;
 use super::{Keys, MOST_KEPT, Saved, StepHasher, texel_key};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::engine::dispatch::{LANES, Level};
 use crate::engine::hit::{Block, HitResult, HitRtl, memory};
 use crate::engine::hit_subject::HitSubject;
-use crate::engine::{Rendering, encode, to_u64};
+use crate::engine::{Rendering, encode};
 use crate::error::InputError;
 use crate::unit::{UnitSpec, refused};
 
@@ -26,7 +27,7 @@ pub(super) fn compile(
     map: &CubeMap,
 ) -> Result<HitRtl, InputError> {
     let config = &spec.config;
-    let size = u32::try_from(map.size()).unwrap_or(u32::MAX);
+    let size = num::u32(map.size());
     let unit = HitUnit::new(config, size).map_err(refused)?;
     let (mut distances, mut texture) = (None, None);
     if let Some(engine) = before {
@@ -79,7 +80,7 @@ impl KeptHit {
     ) -> Result<(Rendering, Vec<HitResult>, Saved), InputError> {
         let engine = compile(self.engine.take(), spec, &subject.distance, &subject.map)?;
         let rays = subject.fragments();
-        if to_u64(rays.len()) > MOST_KEPT {
+        if num::u64(rays.len()) > MOST_KEPT {
             let start = Instant::now();
             let results = engine.filter(&rays, &|_| {});
             let rendering = subject.rendering(start, &results);

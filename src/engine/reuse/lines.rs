@@ -4,6 +4,7 @@ use rtl_model::Config;
 use rtl_model::regs::Reg;
 use rtl_model::unit::State;
 
+use crate::base::num;
 use crate::engine::dispatch::LANES;
 use crate::engine::probe::to_f64;
 use crate::reference::{Env, Tex};
@@ -69,7 +70,7 @@ impl RtlLine {
     /// Of a lane of a block that has run.
     #[must_use]
     pub fn new(config: &Config, state: &State<LANES>, lane: usize) -> Self {
-        let frac = |reg| i32::try_from(config.format(reg).frac).unwrap_or(0);
+        let frac = |reg| num::i32(config.format(reg).frac);
         Self {
             axis: [0, 1].map(|c| to_f64(state.axes.axis[c][lane], frac(Reg::EigenAxis))),
             probes: state.line.count[lane],

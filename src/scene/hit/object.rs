@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
+use crate::base::dual::dot;
 use crate::mesh::{Mesh, Triangle, meet};
-use crate::scene::dual::dot;
 use crate::scene::world::Body;
 use crate::scene::world::bodies::Ball;
 

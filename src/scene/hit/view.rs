@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::object::Object;
+use crate::base::dual::{cross, dot};
 use crate::fragment::HitFragment;
 use crate::optics::{fresnel, refract};
-use crate::scene::dual::{cross, dot};
 use crate::scene::surface::Camera;
 use crate::scene::world::World;
 

@@ -1,7 +1,7 @@
 //! Cameras of the TEX scenes and what a ray cone starts with.
 
 use super::path::Random;
-use crate::scene::dual::{cross, dot};
+use crate::base::dual::{cross, dot};
 
 /// Where a camera's rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,6 +12,7 @@ pub mod shape;
 use std::sync::Arc;
 
 use super::{SceneInfo, SceneOptions, check_size};
+use crate::base::num;
 use crate::error::InputError;
 use crate::mesh::Mesh;
 use crate::planar::PlanarMap;
@@ -290,7 +291,7 @@ pub fn build(
             surfaces.push((Shape::Mesh(Arc::new(mesh)), Finish::Mirror));
         }
     }
-    let size = [width, height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let size = [width, height].map(|n| num::u32(n));
     let used = |finish: &Finish| match finish {
         Finish::Lit { texture } | Finish::Glazed { texture, .. } => *texture,
         Finish::Mirror | Finish::Glass { .. } => 0,

@@ -3,10 +3,10 @@
 
 use super::TexScene;
 use super::shape::Contact;
+use crate::base::dual::{cross, dot};
 use crate::fragment::TexFragment;
 use crate::optics::{fresnel, refract};
 use crate::reference::ray_cone::Step;
-use crate::scene::dual::{cross, dot};
 use crate::truth::sampling::hash;
 
 /// What a surface does with a path.

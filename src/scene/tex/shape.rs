@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::base::dual::{cross, dot};
 use crate::fragment::Tangents;
 use crate::mesh::Mesh;
-use crate::scene::dual::{cross, dot};
 use crate::scene::hit::object::Object as _;
 use crate::scene::world::bodies::roots;
 

@@ -1,7 +1,7 @@
 //! The analytic bodies: rooms and blocks with sides along the axes, balls, upright columns.
 
 use super::{Body, Meeting};
-use crate::scene::dual::dot;
+use crate::base::dual::dot;
 
 /// A box with sides along the axes. Parts are its sides in the order +X −X +Y −Y +Z −Z.
 ///

@@ -5,6 +5,7 @@ use std::hash::{Hash as _, Hasher as _};
 use rtl_model::stages::filter::Corner;
 use rtl_model::{Config, TexelFormat};
 
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::engine::reuse::StepHasher;
 use crate::engine::tiles::TILE;
@@ -163,7 +164,7 @@ impl Walk {
             return;
         };
         let place = |i: usize, beyond: usize| {
-            let x = i64::try_from(at.texel[i] + beyond).unwrap_or(0) - 1;
+            let x = num::i64(at.texel[i] + beyond) - 1;
             wrap[i].texel(x, level.size[i])
         };
         let (columns, rows) = ([place(0, 0), place(0, 1)], [place(1, 0), place(1, 1)]);
@@ -191,7 +192,7 @@ impl Walk {
     /// Asks for a line: the first of a set is the one used last.
     fn fetch(sets: &mut [u64], ways: usize, found: &mut TexelUse, set: u64, line: u64) {
         let count = (sets.len() / ways) as u64;
-        let start = usize::try_from(set % count).unwrap_or(0) * ways;
+        let start = num::usize(set % count) * ways;
         let set = &mut sets[start..start + ways];
         found.requests += 1;
         let place = set.iter().position(|l| *l == line);

@@ -6,6 +6,7 @@ use rtl_model::regs::Reg;
 use serde_json::{Value, json};
 
 use super::view::view;
+use crate::base::num;
 use crate::engine::Rung;
 use crate::error::InputError;
 use crate::image::write::write_png;
@@ -97,7 +98,7 @@ fn ramp(size: [usize; 2], numbers: impl Iterator<Item = ([u32; 2], f64)>) -> Pic
     let mut picture = Picture::new(size[0], size[1]);
     picture.rgb.fill([0.1; 3]);
     for ([x, y], n) in numbers {
-        let at = usize::try_from(y).unwrap_or(0) * size[0] + usize::try_from(x).unwrap_or(0);
+        let at = num::usize(y) * size[0] + num::usize(x);
         if picture.covered[at] {
             continue;
         }

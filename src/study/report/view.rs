@@ -1,5 +1,6 @@
 //! The footprint of one pixel's first request: ellipse, axes and probes over the texels.
 
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
 use crate::engine::rtl::RtlEngine;
@@ -65,7 +66,7 @@ pub(super) fn view(
         }
         Scene::Tex(s) => {
             let engine = TexEngine::new(spec, s)?;
-            let [column, row] = pixel.map(|n| usize::try_from(n).unwrap_or(0));
+            let [column, row] = pixel.map(|n| num::usize(n));
             let mut first = None;
             if row < s.scene.height {
                 s.each_look(&engine, settings, row, &mut |x, look, words, width| {

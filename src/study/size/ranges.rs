@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use rtl_model::regs::{Kind, Reg};
 
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::engine::hit::HitRtl;
 use crate::engine::probe::{RtlProbe, rtl};
@@ -125,7 +126,7 @@ impl Ranges {
                 over(&s.scene.fragments, |ranges, fragment, probe| {
                     let (unit, config) = (&engine.unit, &engine.config);
                     let found = rtl(unit, config, &fragment.fragment, Some(&engine.texture), probe);
-                    ranges.add(probe, u32::try_from(found.probes).unwrap_or(0));
+                    ranges.add(probe, num::u32(found.probes));
                 })
             }
             Scene::Hit(s) => {

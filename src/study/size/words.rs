@@ -3,6 +3,7 @@
 use rtl_model::regs::Reg;
 
 use super::Ranges;
+use crate::base::num;
 use crate::policy::{Axis, Weights};
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec};
@@ -94,7 +95,7 @@ impl Word {
         match self {
             Self::Fraction(reg) => spec.config.format(*reg).frac,
             Self::Knob(path, ..) => match spec.get(path) {
-                Some(Value::Integer(n)) => u32::try_from(n).unwrap_or(0),
+                Some(Value::Integer(n)) => num::u32(n),
                 Some(Value::Float(_) | Value::Text(_) | Value::Numbers(_)) | None => 0,
             },
         }

@@ -1,5 +1,6 @@
 //! Errors of single register writes and of the tables: where the bounds start.
 
+use crate::base::num;
 use rtl_model::Config;
 use rtl_model::fx::Rounding;
 use rtl_model::regs::Reg;
@@ -9,7 +10,7 @@ use super::SQRT_3;
 
 /// 2^−bits.
 pub(super) fn power(bits: u32) -> f64 {
-    libm::ldexp(1.0, -i32::try_from(bits).unwrap_or(i32::MAX))
+    libm::ldexp(1.0, -num::i32(bits))
 }
 
 /// Errors of single register writes.

@@ -5,6 +5,7 @@ use super::{
     Bounded, Case, Checker, Register, Station, bits, float, handed, handed_on, number, recorded,
     whole,
 };
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::engine::gpu::tables;
 use crate::gpu::kernels::Kernel;
@@ -196,7 +197,7 @@ impl<'a> Behind<'a> {
         let (line, recorder, undecided) =
             recorded(|tap, flags| footprint(lambda, axis, chain, rule, flags, tap));
         let mut operands: Vec<u32> = bits(&lambda).chain(bits(&axis)).collect();
-        operands.push(u32::try_from(size).unwrap_or(u32::MAX));
+        operands.push(num::u32(size));
         cases[2].push(Case { pixel, operands, expected: recorder.expected(FOOTPRINT), undecided });
         let step = match self.memory {
             Memory::Cube(_) => handed(line.step),
@@ -222,7 +223,7 @@ impl<'a> Behind<'a> {
 
     /// The stage `address` on a cube: one case a probe.
     fn addresses(&self, checker: &mut Checker<'_>, lines: &[Line]) -> Result<(), GpuError> {
-        let small = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let small = |n: usize| num::u32(n);
         let mut cases = Vec::new();
         for line in lines {
             let sizes = self.levels(line.lod.value).map(|level| (self.size[0] >> level).max(1));
@@ -261,7 +262,7 @@ impl<'a> Behind<'a> {
                 .map(|line| {
                     let mut operands = Vec::new();
                     if !planar {
-                        operands.push(u32::try_from(line.face).unwrap_or(0));
+                        operands.push(num::u32(line.face));
                     }
                     operands.extend(bits(&line.centre).chain(bits(&line.step)));
                     operands.push(line.probes);
@@ -288,7 +289,7 @@ impl<'a> Behind<'a> {
                 for (index, words) in probes.enumerate() {
                     let at = ProbeCase {
                         operands: &case.operands,
-                        index: u32::try_from(index).unwrap_or(u32::MAX),
+                        index: num::u32(index),
                         probes: count,
                         settings: &self.settings,
                     };

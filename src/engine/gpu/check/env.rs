@@ -5,8 +5,9 @@ use super::{
     Bounded, CHUNK, Case, Checker, Register, StageChecks, Station, bits, float, handed, handed_on,
     ports, recorded, whole,
 };
+use crate::base::num;
 use crate::cube::CubeMap;
-use crate::engine::{Progress, to_u64};
+use crate::engine::Progress;
 use crate::fragment::PixelFragment;
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
@@ -78,7 +79,7 @@ pub(super) fn rotation(settings: &Settings) -> Rotation {
 
 /// A facing's words as an operand.
 fn facing_words(facing: &Facing<Bounded>) -> Vec<u32> {
-    let face = u32::try_from(facing.face).unwrap_or(0);
+    let face = num::u32(facing.face);
     let mut words = vec![face];
     words.extend(bits(&[facing.inv_ma, facing.u, facing.v]));
     words
@@ -92,7 +93,7 @@ pub(super) fn facing_case(
 ) -> (Case, Facing<Bounded>) {
     let (facing, mut recorder, undecided) =
         recorded(|tap, flags| cube_face(direction, rotation.as_ref(), flags, tap));
-    recorder.add("face", u32::try_from(facing.face).unwrap_or(0));
+    recorder.add("face", num::u32(facing.face));
     if rotation.is_none() {
         // Without a rotation the reference has no such register.
         for (c, x) in direction.iter().enumerate() {
@@ -239,8 +240,8 @@ pub fn check_env(
             checker.stage(&station, cases, &|_, _| {})?;
         }
         behind.check(&mut checker, &footings)?;
-        checker.found.fragments += to_u64(chunk.len());
-        progress(to_u64(chunk.len()));
+        checker.found.fragments += num::u64(chunk.len());
+        progress(num::u64(chunk.len()));
     }
     Ok(checker.found)
 }

@@ -4,12 +4,13 @@ use super::behind::{Behind, Footing};
 use super::env::{CUBE_FACE, facing_case};
 use super::hit_stage::{Walls, expected, registers};
 use super::{Bounded, CHUNK, Case, Checker, StageChecks, Station, ports, rotation};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
+use crate::engine::Progress;
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::hit::encode;
 use crate::engine::hit::HitF64;
-use crate::engine::{Progress, to_u64};
 use crate::fragment::HitFragment;
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
@@ -112,8 +113,8 @@ pub fn check_hit(
         };
         checker.stage(&station, &mut faces, &|_, _| {})?;
         behind.check(&mut checker, &footings)?;
-        checker.found.fragments += to_u64(rays.len());
-        progress(to_u64(rays.len()));
+        checker.found.fragments += num::u64(rays.len());
+        progress(num::u64(rays.len()));
     }
     Ok(checker.found)
 }

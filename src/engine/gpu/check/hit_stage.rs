@@ -1,6 +1,7 @@
 //! The stage `hit` from the device's own registers: what every one must be, given those before it.
 
 use super::{Bounded, Expected, Register, Rotation, exactly, expect, float, number, own, whole};
+use crate::base::num;
 use crate::cube::{FACE_AXES, major_face};
 use crate::engine::gpu::bit;
 use crate::fragment::HitFragment;
@@ -198,7 +199,7 @@ impl Turn<'_> {
 
 fn status_word(status: HitStatus) -> u32 {
     let at = crate::engine::gpu::hit::STATUS.iter().position(|s| *s == status);
-    u32::try_from(at.unwrap_or(0)).unwrap_or(0)
+    num::u32(at.unwrap_or(0))
 }
 
 /// What every word of the kernel's results must be.

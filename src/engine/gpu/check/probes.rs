@@ -1,6 +1,7 @@
 //! What the registers of `address` and `filter` must be, probe by probe, from the device's own.
 
 use super::{Bounded, EPSILON, Expected, exactly, expect, number, own};
+use crate::base::num;
 use crate::cube::{direction, face_uv, major_face};
 use crate::reference::Texture;
 use crate::reference::planar::{PlanarTexture, wrapped};
@@ -43,7 +44,7 @@ pub(super) fn address_expected(operands: &[u32], results: &[u32]) -> Vec<Expecte
 
 /// Face and coordinates of an f32 place on the plane of a face.
 pub(super) fn readdressed(face: usize, [u, v]: [f64; 2]) -> (u32, [Bounded; 2]) {
-    let small = |face: usize| u32::try_from(face).unwrap_or(0);
+    let small = |face: usize| num::u32(face);
     if u.abs() <= 1.0 && v.abs() <= 1.0 {
         return (small(face), [u, v].map(Bounded::exact));
     }
@@ -105,10 +106,10 @@ pub(super) fn cube_probe(
     let mut out = vec![None; 3];
     for level in levels {
         let size = texture.level_size(level);
-        let n = i64::try_from(size).unwrap_or(i64::MAX);
+        let n = num::i64(size);
         let value = bilinear(at, [size; 2], |x, y| {
             let corner = (x < 0 || x >= n) && (y < 0 || y >= n);
-            let index = |t: i64| usize::try_from((t + 1).clamp(0, n + 1)).unwrap_or(0);
+            let index = |t: i64| num::usize((t + 1).clamp(0, n + 1));
             let [x, y] = [index(x), index(y)];
             texture.tap(level, face, x, y).map(|value| {
                 if corner {

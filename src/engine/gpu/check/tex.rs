@@ -5,11 +5,12 @@ use super::{
     Bounded, Case, Checker, Register, StageChecks, Station, bits, expect, float, handed, ports,
     recorded, whole,
 };
+use crate::base::num;
+use crate::engine::Progress;
 use crate::engine::cones::{Asked, Cones, FloatCones, walk};
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::tex::{encode, step_words};
 use crate::engine::tex_subject::TexSubject;
-use crate::engine::{Progress, to_u64};
 use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
@@ -187,7 +188,7 @@ impl Requests {
         let surface = station(Stage::SurfaceFootprint, SURFACE);
         checker.stage(&surface, &mut surfaces, &|_, _| {})?;
         behind.check(checker, &footings)?;
-        checker.found.fragments += to_u64(footings.len());
+        checker.found.fragments += num::u64(footings.len());
         Ok(())
     }
 }
@@ -233,7 +234,7 @@ pub fn check_tex(
         let last = (first + ROWS).min(scene.height);
         let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
-            let pixel = [x, y].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+            let pixel = [x, y].map(|n| num::u32(n));
             scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
             let mut steps = Vec::new();
             let mut remembering = Remembering {
@@ -254,7 +255,7 @@ pub fn check_tex(
         for (requests, (behind, size)) in requests.iter().zip(&behind) {
             requests.check(&mut checker, settings, (behind, *size), &maps)?;
         }
-        progress(to_u64((last - first) * scene.width));
+        progress(num::u64((last - first) * scene.width));
     }
     Ok(checker.found)
 }

@@ -1,5 +1,7 @@
 //! Seeded numbers, the same on every machine.
 
+use super::num;
+
 /// SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014): a counter times a
 /// constant, then mixed.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +39,8 @@ impl Random {
 
     /// An index into a list of `n`.
     pub fn index(&mut self, n: usize) -> usize {
-        let n = u64::try_from(n).unwrap_or(1);
-        usize::try_from(self.below(n)).unwrap_or(0)
+        let n = num::u64(n);
+        num::usize(self.below(n))
     }
 
     /// One of a list that is not empty.

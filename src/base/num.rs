@@ -1,0 +1,26 @@
+//! Casts between integers that end at the nearest number of the other type instead of wrapping.
+
+macro_rules! nearest {
+    ($($to:ident)*) => {$(
+        #[doc = concat!("The nearest `", stringify!($to), "`.")]
+        #[must_use]
+        pub fn $to<T: TryInto<$to> + PartialOrd + Default>(n: T) -> $to {
+            let below = n < T::default();
+            n.try_into().unwrap_or(if below { $to::MIN } else { $to::MAX })
+        }
+    )*};
+}
+
+nearest! { u8 u16 u32 u64 usize i32 i64 }
+
+#[cfg(test)]
+mod tests {
+    use super::{i32, u8, usize};
+
+    #[test]
+    fn a_cast_ends_at_the_nearest_number() {
+        assert_eq!((u8(-1i64), u8(255u64), u8(256u64)), (0, 255, 255));
+        assert_eq!((i32(i64::MIN), i32(-7i64), i32(usize::MAX)), (i32::MIN, -7, i32::MAX));
+        assert_eq!(usize(-3i32), 0);
+    }
+}
