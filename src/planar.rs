@@ -36,6 +36,6 @@ impl PlanarMap {
     /// The same as whole numbers of 32 bits, which every texture's sides are.
     #[must_use]
     pub fn size_u32(&self) -> [u32; 2] {
-        self.size().map(|n| num::u32(n))
+        self.size().map(num::u32)
     }
 }

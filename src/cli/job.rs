@@ -359,7 +359,7 @@ impl Job {
                 e.trace(&ray.fragment, &mut probe);
             }
             (Self::Tex(s), Rtl::Tex(e)) => {
-                let [column, row] = pixel.map(|n| num::usize(n));
+                let [column, row] = pixel.map(num::usize);
                 let mut done = false;
                 s.each_look(e, settings, row, &mut |x, look, words, _| {
                     if x == column && !done {
@@ -455,7 +455,7 @@ impl Job {
                     continue;
                 }
                 before = Some(ray.pixel);
-                let [x, y] = ray.pixel.map(|c| num::usize(c));
+                let [x, y] = ray.pixel.map(num::usize);
                 let index = y * subject.scene.width + x;
                 let share = f64::from(*n) / f64::from(most.max(1));
                 picture.rgb[index] = colour_of_steps(libm::exp2(16.0 * share - 8.0))

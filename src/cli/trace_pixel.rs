@@ -159,7 +159,7 @@ fn trace_look(
     (x, y): (u32, u32),
 ) -> Result<Traced, InputError> {
     let engine = TexEngine::new(spec, &subject)?;
-    let [column, row] = [x, y].map(|n| num::usize(n));
+    let [column, row] = [x, y].map(num::usize);
     let mut found: Option<(Look, [f64; 2])> = None;
     subject.each_look(&engine, settings, row, &mut |at, look, words, width| {
         if at == column && found.is_none() {

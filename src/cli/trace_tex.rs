@@ -82,7 +82,7 @@ pub(super) fn out(
 
 fn by_rtl(tracer: &mut Tracer, request: &Request) -> Result<Map<String, Value>, InputError> {
     if tracer.tex.is_none() {
-        let size = tracer.texture_size.map(|n| num::u32(n));
+        let size = tracer.texture_size.map(num::u32);
         tracer.tex = Some(TexRtl::sized(&tracer.spec, size)?);
     }
     let mut out = Map::new();

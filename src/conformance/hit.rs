@@ -139,7 +139,7 @@ impl Bench for HitBench {
         let extra = Extra {
             face: num::i64(state.env.face.face[0]),
             count: out.env.probes[0],
-            status: place(state.hit.status[0]).map_or(0, |k| num::i64(k)),
+            status: place(state.hit.status[0]).map_or(0, num::i64),
             iterations: state.hit.iterations[0].into(),
         };
         record(&self.shape, &self.probe, out.env.flags[0], extra, output);

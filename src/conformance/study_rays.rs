@@ -195,7 +195,7 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         let mut probe = RtlProbe::default();
         let (_, out) = engine.lanes::<1, _>(&[words(&fragment, cone)], &mut probe);
         let register = |reg: Reg, k: usize| probe.get(reg).get(k).map_or(0.0, |c| c.value());
-        let size = SIZE.map(|n| num::usize(n));
+        let size = SIZE.map(num::usize);
         let theirs = reference::tex(&prepared, request.width, &fragment, size, None, &mut NoTap);
         let text = |dd: [f64; 4], lambda: [f64; 2], probes: i64, lod: f64| {
             let [a, b, c, d] = dd.map(number);

@@ -326,7 +326,7 @@ impl TexSubject {
                 }
                 row.probes += u64::from(found.probes);
                 row.texels += found.texels();
-                let pixel = [request.column, first + y].map(|n| num::u32(n));
+                let pixel = [request.column, first + y].map(num::u32);
                 reports.add(found.flags, pixel);
             })?;
             seconds += begin.elapsed().as_secs_f64();
@@ -422,7 +422,7 @@ impl TexSubject {
                     let there =
                         tex(&prepared, width, &look.fragment, size, Some(texture), &mut theirs);
                     let same = out.probes[0] == i64::from(there.probes);
-                    let pixel = [column, y].map(|n| num::u32(n));
+                    let pixel = [column, y].map(num::u32);
                     errors.add(&mine, &theirs, pixel, true, same);
                 });
                 progress(num::u64(self.scene.width));

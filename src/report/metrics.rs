@@ -184,7 +184,7 @@ fn pixel(
     }
     if sums.fragments == 0 || worst > sums.worst {
         sums.worst = worst;
-        sums.worst_pixel = [x, y].map(|t| num::u32(t));
+        sums.worst_pixel = [x, y].map(num::u32);
     }
     sums.fragments += 1;
     sums.coverage_differs += usize::from(a.covered[at] != b.covered[at]);

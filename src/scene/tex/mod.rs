@@ -291,7 +291,7 @@ pub fn build(
             surfaces.push((Shape::Mesh(Arc::new(mesh)), Finish::Mirror));
         }
     }
-    let size = [width, height].map(|n| num::u32(n));
+    let size = [width, height].map(num::u32);
     let used = |finish: &Finish| match finish {
         Finish::Lit { texture } | Finish::Glazed { texture, .. } => *texture,
         Finish::Mirror | Finish::Glass { .. } => 0,

@@ -66,7 +66,7 @@ pub(super) fn view(
         }
         Scene::Tex(s) => {
             let engine = TexEngine::new(spec, s)?;
-            let [column, row] = pixel.map(|n| num::usize(n));
+            let [column, row] = pixel.map(num::usize);
             let mut first = None;
             if row < s.scene.height {
                 s.each_look(&engine, settings, row, &mut |x, look, words, width| {

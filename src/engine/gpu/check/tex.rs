@@ -234,7 +234,7 @@ pub fn check_tex(
         let last = (first + ROWS).min(scene.height);
         let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
-            let pixel = [x, y].map(|n| num::u32(n));
+            let pixel = [x, y].map(num::u32);
             scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
             let mut steps = Vec::new();
             let mut remembering = Remembering {
