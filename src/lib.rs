@@ -26,6 +26,7 @@ pub mod planar;
 
 pub mod reference;
 pub mod report;
+pub mod sampler;
 pub mod scene;
 pub mod settings;
 pub mod srgb;
@@ -33,4 +34,3 @@ pub mod stage;
 pub mod study;
 pub mod truth;
 pub mod unit;
-pub mod untrusted;

@@ -10,7 +10,8 @@ use exr::prelude::{Compression, FlatSamples, LayerAttributes, f16};
 use images_support::{
     COMPRESSIONS, Folder, encoding, exr_file, hdr_file, png_file, ramp, simple_exr,
 };
-use tapline::image::{LoadOptions, install_quiet_panic_hook, load_environment, load_planar};
+use tapline::base::quiet::install_quiet_panic_hook;
+use tapline::image::{LoadOptions, load_environment, load_planar};
 
 #[test]
 fn damaged_radiance_files_are_errors() {

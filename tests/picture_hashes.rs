@@ -5,11 +5,12 @@ mod rtl_support;
 
 use std::fmt::Write as _;
 
+use tapline::base::hash::hash_text;
 use tapline::engine::Engine;
 use tapline::engine::float::F64Engine;
 use tapline::engine::hit::HitRtl;
 use tapline::engine::hit_subject::HitSubject;
-use tapline::report::hash::{hash_text, picture_hash};
+use tapline::report::hash::picture_hash;
 use tapline::scene::hit::{self, HIT_SCENES};
 use tapline::scene::{SCENES, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};

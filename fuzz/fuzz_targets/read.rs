@@ -4,8 +4,8 @@
 use std::sync::OnceLock;
 
 use libfuzzer_sys::fuzz_target;
-use tapline::image::install_quiet_panic_hook;
-use tapline::untrusted::Reader;
+use tapline::base::quiet::install_quiet_panic_hook;
+use tapline::cli::untrusted::Reader;
 
 static READER: OnceLock<Reader> = OnceLock::new();
 

@@ -2,10 +2,12 @@
 
 use alloc::string::String;
 
+use crate::cone::{ConeFormat, LaneOrder, StoreRounding};
 use crate::fx::Format;
-use crate::policy::{Axis, Count, Dnmod, HitPolicy, Minor, Placement, TexPolicy, Weights};
+use crate::policy::{
+    Axis, ConeRules, Count, Dnmod, HitPolicy, Minor, Placement, SetDiffuse, TexPolicy, Weights,
+};
 use crate::regs::Reg;
-use crate::stages::ray_cone::ConeConfig;
 use crate::tables::TableSpec;
 
 /// Fraction bits of `Config::roughness_scale`.
@@ -63,6 +65,23 @@ pub struct Tables {
     pub log2: TableSpec,
     /// The eigen angle: `entries` over 90°.
     pub eigen: TableSpec,
+}
+
+/// Knobs of the cones' registers and rules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct ConeConfig {
+    /// Format of both registers.
+    pub format: ConeFormat,
+    /// Rounding of their stores.
+    pub rounding: StoreRounding,
+    /// Order of the two in a packed word.
+    pub order: LaneOrder,
+    /// Seed of stochastic stores.
+    pub seed: u32,
+    /// The note's rules or those of OptiX Toolkit's code.
+    pub rules: ConeRules,
+    /// What a diffuse scatter of OptiX Toolkit writes.
+    pub set_diffuse: SetDiffuse,
 }
 
 /// Everything that an architect chooses about a unit.

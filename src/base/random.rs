@@ -2,6 +2,12 @@
 
 use super::num;
 
+/// A word mixed: the first one of [`Random::new`] with `value` as its seed. No two words give the same.
+#[must_use]
+pub fn hash(value: u64) -> u64 {
+    Random::new(value).word()
+}
+
 /// SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014): a counter times a
 /// constant, then mixed.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +78,28 @@ impl Random {
     /// Three doubles in (−1, 1).
     pub fn vector(&mut self) -> [f64; 3] {
         [self.signed(), self.signed(), self.signed()]
+    }
+}
+
+/// Numbers of a key and a counter.
+#[derive(Clone, Debug)]
+pub struct Keyed {
+    key: u64,
+    count: u64,
+}
+
+impl Keyed {
+    /// The numbers of a sample of an image position.
+    #[must_use]
+    pub fn new(seed: u64, place: [f64; 2], sample: u64) -> Self {
+        let words = [seed, place[0].to_bits(), place[1].to_bits(), sample];
+        Self { key: words.into_iter().fold(0, |key, word| hash(key ^ word)), count: 0 }
+    }
+
+    /// The next number, from 0 on and below 1.
+    pub fn number(&mut self) -> f64 {
+        self.count += 1;
+        Random(self.key.wrapping_add(self.count)).unit()
     }
 }
 

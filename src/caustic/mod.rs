@@ -12,7 +12,7 @@ use crate::impostor::WallCube;
 use crate::optics::{fresnel, refract};
 use crate::scene::hit::object::Object;
 use crate::scene::world::World;
-use crate::scene::world::light::LightMap;
+use crate::scene::world::light::{Lamp, LightMap};
 
 /// Primary rays along each side of the caustic map.
 pub const SIDE: usize = 64;
@@ -22,15 +22,6 @@ pub const TEXELS: f64 = 32.0;
 
 /// Standard deviation of a photon's splat, in world units: a texel and a half.
 pub const SIGMA: f64 = 1.5 / TEXELS;
-
-/// A point light that shines the same in all directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lamp {
-    /// Where it hangs, relative to the reference point.
-    pub position: [f64; 3],
-    /// Its power, linear RGB.
-    pub power: [f64; 3],
-}
 
 /// A refracted primary ray.
 #[derive(Clone, Copy, Debug, PartialEq)]

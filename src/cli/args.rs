@@ -7,7 +7,7 @@ use clap::Args;
 use crate::distance::Distance;
 use crate::error::InputError;
 use crate::gpu::Gpu;
-use crate::image::load::LoadOptions;
+use crate::image::LoadOptions;
 use crate::image::load_distance;
 use crate::settings::Settings;
 use crate::unit::{ReferenceAxis, UnitSpec, check, file};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::image::load::{LoadOptions, load_planar};
 use crate::image::planar::Colour;
+use crate::image::{LoadOptions, load_planar};
 use crate::scene::bump::{BumpMap, BumpSource, Difference, MAX_OFFSET, default_height_scale};
 
 /// A grey image (or RGB with three equal planes) holds heights; any other RGB image holds normals: as

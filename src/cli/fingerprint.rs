@@ -81,8 +81,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let target = JsonTarget::open(args.json.as_deref())?;
     let gpu = args.adapter.open()?;
     let bar = Bar::new("fingerprint", fingerprint::STEPS);
-    let found = fingerprint::fingerprint(&mut DeviceSampler::new(&gpu), &|_| bar.add(1))
-        .map_err(crate::error::InputError::from)?;
+    let found = fingerprint::fingerprint(&mut DeviceSampler::new(&gpu), &|_| bar.add(1))?;
     drop(bar);
     let title = gpu.adapter().title();
     let value = with_adapter(gpu.adapter(), fingerprint::to_json(&found));

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::Failure;
 use super::output::{JsonTarget, Origin};
 use crate::distance::Distance;
-use crate::engine::hit::{HitF64, HitRtl};
+use crate::engine::hit::{HitF64, HitResult, HitRtl};
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::impostor::Impostor;
@@ -54,6 +54,18 @@ const MARCH: [u32; 2] = [32, 6];
 const WORDS: [u32; 8] = [4, 6, 8, 10, 12, 14, 16, 20];
 /// Texels along an edge.
 const SIZES: [usize; 6] = [16, 32, 64, 128, 256, 512];
+
+impl From<&HitResult> for Found {
+    fn from(result: &HitResult) -> Self {
+        Self {
+            l: result.l,
+            d: result.d,
+            look_ups: result.iterations,
+            overshot: result.overshot,
+            status: result.status,
+        }
+    }
+}
 
 struct Line {
     table: &'static str,

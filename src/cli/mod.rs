@@ -31,13 +31,14 @@ mod study_slurm;
 mod study_table;
 mod subject;
 mod tables;
-pub(crate) mod trace;
+mod trace;
 mod trace_cone;
 mod trace_hit;
 mod trace_pixel;
 mod trace_tex;
 mod unit;
-pub(crate) mod vectors;
+pub mod untrusted;
+mod vectors;
 
 use std::process::ExitCode;
 
@@ -141,7 +142,7 @@ enum Command {
 /// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
 #[must_use]
 pub fn run() -> ExitCode {
-    crate::image::install_quiet_panic_hook();
+    crate::base::quiet::install_quiet_panic_hook();
     interrupt::install();
     let cli = Cli::parse();
     let result = match &cli.command {

@@ -386,7 +386,7 @@ fn stream<R: Read>(
 ///
 /// # Errors
 /// What is wrong in the first line that cannot be answered.
-pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
+pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     for engine in [TraceEngine::Rtl, TraceEngine::F64] {
         let spec = UnitSpec::default();
         let mode =

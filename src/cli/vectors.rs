@@ -169,7 +169,7 @@ fn header_of(spec: &UnitSpec, subject: Subject, build: Build) -> Header {
 }
 
 /// Bytes as `check eigen` would read them, in the format that their first one looks like.
-pub(crate) fn answer(bytes: &[u8]) -> Result<(), InputError> {
+pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     let format = match bytes.first() {
         Some(b'{') => Format::Jsonl,
         Some(b'/') => Format::Readmemh,

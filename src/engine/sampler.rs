@@ -15,11 +15,11 @@ use super::hit::HitF64;
 use super::hit_subject::HitSubject;
 use super::{Progress, Rendering, Subject};
 use crate::cube::{CubeMap, FACE_AXES, direction};
-use crate::fingerprint::unit::{Format, Image, Query, Shape, Source, State, to_f32};
 use crate::gpu::sampling::DeviceSampler;
 use crate::gpu::{Gpu, GpuError};
 use crate::picture::Picture;
 use crate::reference::{Env, NoTap, Prepared, env};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, to_f32};
 use crate::settings::Settings;
 
 /// Look-ups between two signs of progress.

@@ -2,8 +2,8 @@
 
 use super::levels::{self, Fit, lod_on, lods, query, random, rank};
 use super::rho::axes;
-use super::unit::{Query, Shape, Source, State, TextureUnit, alone};
-use crate::gpu::GpuError;
+use crate::error::InputError;
+use crate::sampler::{Query, Shape, Source, State, TextureUnit, alone};
 
 /// The clamps that are probed.
 pub const CLAMPS: [u16; 5] = [1, 2, 4, 8, 16];
@@ -246,7 +246,7 @@ pub fn levels(
     octave: &[f64],
     clamp: u16,
     source: Source,
-) -> Result<Levels, GpuError> {
+) -> Result<Levels, InputError> {
     let mut cases = Vec::new();
     for width in [4.0, 3.0, 2.5] {
         for i in 0..=STEPS * OCTAVES {
@@ -278,7 +278,7 @@ pub fn levels(
 /// # Errors
 ///
 /// What the device reports.
-pub fn beside_neighbours(unit: &mut dyn TextureUnit, clamp: u16) -> Result<[f64; 2], GpuError> {
+pub fn beside_neighbours(unit: &mut dyn TextureUnit, clamp: u16) -> Result<[f64; 2], InputError> {
     let image = levels::numbered(Shape::Planar, levels::SIZE, levels::LEVELS);
     let shift = 4.0 / levels::SIZE as f32;
     let queries: Vec<Query> = [[0.0, 0.0], [shift, 0.0], [0.0, shift], [shift, shift]]

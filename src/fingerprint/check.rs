@@ -3,9 +3,9 @@
 use super::cube::straddles;
 use super::levels::{Fit, random};
 use super::model::{Line, Model, Rule};
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32};
 use crate::cube::direction;
-use crate::gpu::GpuError;
+use crate::error::InputError;
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32};
 
 /// Look-ups in a group.
 const LOOK_UPS: usize = 2048;
@@ -99,7 +99,7 @@ pub fn lines(
     unit: &mut dyn TextureUnit,
     model: &Model,
     rule: Rule,
-) -> Result<Vec<Fit<Line>>, GpuError> {
+) -> Result<Vec<Fit<Line>>, InputError> {
     let image = noise(rule.shape);
     let mut queries = look_ups(rule.shape, CASES);
     if rule.shape == Shape::Cube && rule.source == Source::Quad {
@@ -136,7 +136,7 @@ pub fn check(
     shape: Shape,
     source: Source,
     clamp: u16,
-) -> Result<Group, GpuError> {
+) -> Result<Group, InputError> {
     let image = noise(shape);
     let queries = look_ups(shape, LOOK_UPS);
     let state = State::trilinear(clamp);

@@ -5,11 +5,11 @@ use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
 use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
 use super::transfer::{Transfer, transfer};
-use super::unit::{
+use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
+use crate::error::InputError;
+use crate::sampler::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };
-use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
-use crate::gpu::GpuError;
 
 /// Texels along an edge of a face for the level of detail.
 const SIZE: usize = 256;
@@ -36,7 +36,7 @@ pub struct Ties {
 /// # Errors
 ///
 /// What the device reports.
-pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, GpuError> {
+pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, InputError> {
     let image =
         Image::new(Shape::Cube, Format::Half, 4, 1, |_, face, _, _| [face as f32, 0.0, 0.0, 1.0]);
     let mut directions = Vec::new();
@@ -84,7 +84,7 @@ pub struct Seams {
 /// # Errors
 ///
 /// What the device reports.
-pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, GpuError> {
+pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, InputError> {
     let mut queries = Vec::new();
     let near = |f: f64| 1.0 - f * 2.0 / SMALL as f64;
     for face in 0..6 {
@@ -168,7 +168,7 @@ fn lods(
     state: State,
     source: Source,
     queries: &[Query],
-) -> Result<Vec<(Query, f64)>, GpuError> {
+) -> Result<Vec<(Query, f64)>, InputError> {
     let image = numbered(Shape::Cube, SIZE, LEVELS);
     let seen = alone(unit, &image, state, source, queries)?;
     Ok(queries.iter().copied().zip(seen.iter().map(|c| f64::from(c[0]))).collect())
@@ -182,7 +182,7 @@ fn lods(
 pub fn rho(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
-) -> Result<Vec<Fit<(Projection, Rho)>>, GpuError> {
+) -> Result<Vec<Fit<(Projection, Rho)>>, InputError> {
     let cases = lods(unit, State::trilinear(1), Source::Gradient, &cases())?;
     let all: Vec<(Projection, Rho)> =
         PROJECTIONS.into_iter().flat_map(|p| PLANAR_RULES.map(|rho| (p, rho))).collect();
@@ -203,7 +203,7 @@ pub fn aniso(
     octave: &[f64],
     (projection, rho): (Projection, Rho),
     (clamp, source): (u16, Source),
-) -> Result<Vec<Fit<LodRule>>, GpuError> {
+) -> Result<Vec<Fit<LodRule>>, InputError> {
     let mut queries = cases();
     if source == Source::Quad {
         // In the face's plane: there the difference of two projected pixels is the derivative.
@@ -242,7 +242,7 @@ pub fn footprints(
     unit: &mut dyn TextureUnit,
     clamp: u16,
     source: Source,
-) -> Result<Vec<Shown>, GpuError> {
+) -> Result<Vec<Shown>, InputError> {
     let texel = 2.0 / SMALL as f64;
     let on = |u: f64, v: f64, x: [f64; 2], y: [f64; 2]| {
         let face = 4;

@@ -8,8 +8,8 @@ use super::model::Rule;
 use super::steps::{Rounding, Staircase, Steps};
 use super::taps::{Footprint, Taps};
 use super::transfer::Transfer;
-use super::unit::Source;
 use super::{Filter, Fingerprint, Mapped, honours, shape_name, source_name};
+use crate::sampler::Source;
 
 /// Every finding; the caller adds the adapter.
 #[must_use]

@@ -2,11 +2,11 @@
 
 use super::rho::{PLANAR_RULES, Rho};
 use super::steps::{SWEEP, Staircase, fraction, grid_bits, staircase};
-use super::unit::{
+use crate::base::random::hash;
+use crate::error::InputError;
+use crate::sampler::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
 };
-use crate::gpu::GpuError;
-use crate::truth::sampling::hash;
 
 /// Texels along an edge of level 0.
 pub const SIZE: usize = 256;
@@ -131,7 +131,7 @@ pub fn lods(
     state: State,
     source: Source,
     queries: &[Query],
-) -> Result<Vec<f64>, GpuError> {
+) -> Result<Vec<f64>, InputError> {
     let image = numbered(Shape::Planar, SIZE, LEVELS);
     let seen = alone(unit, &image, state, source, queries)?;
     Ok(seen.iter().map(|c| f64::from(c[0])).collect())
@@ -142,7 +142,7 @@ pub fn lods(
 /// # Errors
 ///
 /// What the device reports.
-pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
+pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, InputError> {
     let queries: Vec<Query> = (0..=SWEEP)
         .map(|k| Query {
             at: [0.5, 0.5, 0.0],
@@ -159,7 +159,7 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, GpuError> {
 /// # Errors
 ///
 /// What the device reports.
-pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, GpuError> {
+pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, InputError> {
     let line = |log2: f64| query([libm::exp2(log2), 0.0], [0.0; 2]);
     let state = State::trilinear(1);
     let place = |i: usize| i as f64 / CURVE as f64 - 1.0;
@@ -248,7 +248,7 @@ pub fn random(seed: u64) -> f64 {
 /// # Errors
 ///
 /// What the device reports.
-pub fn rho(unit: &mut dyn TextureUnit, curve: &Curve) -> Result<Vec<Fit<Rho>>, GpuError> {
+pub fn rho(unit: &mut dyn TextureUnit, curve: &Curve) -> Result<Vec<Fit<Rho>>, InputError> {
     let cases: Vec<[[f64; 2]; 2]> = (0..PAIRS as u64)
         .map(|i| {
             let r = |j| random(16 * i + j);

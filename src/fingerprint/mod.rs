@@ -22,8 +22,9 @@ pub mod texels;
 mod text;
 mod text_taps;
 pub mod transfer;
-pub mod unit;
 
+use crate::error::InputError;
+use crate::sampler::{Format, Query, Shape, Source, State, TextureUnit};
 use aniso::{CLAMPS, LodRule};
 use check::Group;
 use cube::{Seams, Shown, Ties};
@@ -34,9 +35,6 @@ use steps::Staircase;
 use taps::{Footprint, Taps};
 use texels::{Coordinates, Weights};
 use transfer::Transfer;
-use unit::{Format, Query, Shape, Source, State, TextureUnit};
-
-use crate::gpu::GpuError;
 
 pub use json::to_json;
 pub use picture::draw;
@@ -122,7 +120,7 @@ pub struct Fingerprint {
 pub fn fingerprint(
     unit: &mut dyn TextureUnit,
     progress: &dyn Fn(&str),
-) -> Result<Fingerprint, GpuError> {
+) -> Result<Fingerprint, InputError> {
     progress("weights");
     let mut weights = Vec::new();
     for format in [Format::Unorm8, Format::Half, Format::Float] {
@@ -226,7 +224,7 @@ fn filter(
     shape: Shape,
     lod: Fit<LodRule>,
     (clamp, source): (u16, Source),
-) -> Result<Filter, GpuError> {
+) -> Result<Filter, InputError> {
     let mut rule = Rule { shape, source, clamp, lod: lod.rule, line: Line::Single };
     let lines = check::lines(unit, model, rule)?;
     rule.line = lines[0].rule;
@@ -277,7 +275,7 @@ fn table(clamps: &[u16]) -> Vec<Footprint> {
 }
 
 /// Every texel's weight over ratios and angles.
-fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Mapped>, GpuError> {
+fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Mapped>, InputError> {
     let mut footprints = Vec::new();
     for ratio in MAP_RATIOS {
         footprints.extend(MAP_ANGLES.map(|degrees| Footprint {

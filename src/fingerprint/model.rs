@@ -5,10 +5,10 @@ use super::levels::lod_on;
 use super::rho::{Projection, Rho};
 pub use super::shapes::{Corner, Line, Rule, Seam, Spacing};
 use super::steps::Steps;
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32, to_index};
 use crate::base::num;
 use crate::cube::{across_edge, direction, face_uv};
-use crate::gpu::GpuError;
+use crate::error::InputError;
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32, to_index};
 
 /// What a fingerprint claims.
 #[derive(Clone, Debug)]
@@ -275,7 +275,7 @@ impl TextureUnit for Model {
         state: State,
         source: Source,
         queries: &[Query],
-    ) -> Result<Vec<[f32; 4]>, GpuError> {
+    ) -> Result<Vec<[f32; 4]>, InputError> {
         Ok(queries
             .iter()
             .map(|query| self.color(image, state, source, query).map(to_f32))

@@ -5,9 +5,9 @@ use super::levels::CURVE;
 use super::picture_map::{CUBE_TEXEL, LARGE, SMALL_SCALE, net, tap_map};
 use super::plot::{Axes, Canvas, IDEAL, INK, SERIES};
 use super::texels::fractions;
-use super::unit::Source;
 use super::{Fingerprint, MAP_ANGLES, MAP_RATIOS, honours, source_name};
 use crate::picture::Picture;
+use crate::sampler::Source;
 
 /// Columns of the picture.
 const WIDTH: usize = 1640;

@@ -4,8 +4,8 @@ use super::cube::{SMALL, Shown};
 use super::plot::{Canvas, FAINT, IDEAL, INK, heat};
 use super::taps::Tap;
 use super::transfer::Transfer;
-use super::unit::{Source, to_index};
 use super::{Fingerprint, MAP, MAP_ANGLES, Mapped, source_name};
+use crate::sampler::{Source, to_index};
 
 /// How large the tap map is drawn.
 #[derive(Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Lines, frames and labels on a picture.
 
-use super::unit::to_index;
 use crate::base::num;
 use crate::picture::Picture;
 use crate::report::font::{draw_text, fill, text_width};
+use crate::sampler::to_index;
 use crate::srgb::linear_of_bytes;
 
 /// Colours as 8-bit sRGB.

@@ -1,7 +1,7 @@
 //! Shapes of filters: what lies beyond edges and corners of a cube, which taps a footprint has.
 
 use super::aniso::{Count, LodRule};
-use super::unit::{Shape, Source};
+use crate::sampler::{Shape, Source};
 
 /// What lies beyond a cube's edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -5,11 +5,11 @@
 //! between two points of the sweep is shared by both, so its place is finer than the sweep. The texture max(0, x)·y gives the
 //! other coordinate in the same way. On cubes the hinge lies on face +z.
 
-use super::unit::{
+use crate::cube::direction;
+use crate::error::InputError;
+use crate::sampler::{
     Format, Image, Query, Shape, Source, State, TextureUnit, alone, finest, to_f32, to_index,
 };
-use crate::cube::direction;
-use crate::gpu::GpuError;
 
 /// Texels along an edge of the hinge.
 const HINGE: usize = 256;
@@ -127,7 +127,7 @@ pub fn taps(
     unit: &mut dyn TextureUnit,
     source: Source,
     footprints: &[Footprint],
-) -> Result<Vec<Taps>, GpuError> {
+) -> Result<Vec<Taps>, InputError> {
     let mut found: Vec<(usize, Taps)> = Vec::new();
     for shape in [Shape::Planar, Shape::Cube] {
         let asked: Vec<(usize, &Footprint)> =
@@ -154,7 +154,7 @@ fn middle_lods(
     shape: Shape,
     source: Source,
     asked: &[(usize, &Footprint)],
-) -> Result<Vec<f64>, GpuError> {
+) -> Result<Vec<f64>, InputError> {
     let numbered = super::levels::numbered(shape, HINGE, LEVELS);
     let middle = [(HINGE as f64 + 1.0) / 2.0; 2];
     let mut lods = Vec::new();
@@ -172,7 +172,7 @@ fn sweep(
     (shape, source, level): (Shape, Source, usize),
     group: &[(&(usize, &Footprint), f64)],
     found: &mut Vec<(usize, Taps)>,
-) -> Result<(), GpuError> {
+) -> Result<(), InputError> {
     if group.is_empty() {
         return Ok(());
     }

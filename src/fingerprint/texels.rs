@@ -1,9 +1,9 @@
 //! Probes of the filter between texels: weights, coordinates, the edge of the texture.
 
 use super::steps::{SWEEP, Staircase, fraction, staircase};
-use super::unit::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32};
 use crate::base::num;
-use crate::gpu::GpuError;
+use crate::error::InputError;
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32};
 
 /// Texels along an edge of the probes' texture. With coordinates near 1/2 a float resolves 2^−24·16 = 2^−20 texel.
 const SIZE: usize = 16;
@@ -58,7 +58,7 @@ fn one_if(yes: bool) -> f32 {
 /// # Errors
 ///
 /// What the device reports.
-pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, GpuError> {
+pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, InputError> {
     let linear = State::trilinear(1);
     let cross = flat(format, |x, y| [one_if(x == 8), one_if(y == 8), 0.0, 1.0]);
     let sweep: Vec<Query> =
@@ -107,7 +107,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, Gp
 /// # Errors
 ///
 /// What the device reports.
-pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, GpuError> {
+pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, InputError> {
     let format = Format::Half;
     let numbered = flat(format, |x, _| [x as f32, 0.0, 0.0, 1.0]);
     // From half a texel before the border between texels 7 and 8 by bisection, down to the float's resolution.

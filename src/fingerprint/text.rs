@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use super::levels::SIZE;
 use super::steps::{SWEEP, Staircase, Steps};
 use super::text_taps::{self, indent};
-use super::unit::Format;
 use super::{Fingerprint, honours, shape_name, source_name};
 use crate::report::table::{Align, Table};
+use crate::sampler::Format;
 
 /// Writes the report.
 ///

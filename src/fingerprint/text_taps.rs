@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use super::taps::Taps;
-use super::unit::{Shape, Source};
 use super::{Filter, Fingerprint, shape_name, source_name};
 use crate::report::table::{Align, Table};
+use crate::sampler::{Shape, Source};
 
 fn filter_row(table: &mut Table, f: &Filter) {
     let rule = f.rule;

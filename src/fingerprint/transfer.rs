@@ -1,8 +1,8 @@
 //! Which texels a look-up reads, and with what weights: a texture that is 1 at one texel and 0 elsewhere returns this texel's
 //! weight; four at a time, one in each channel. No assumption is made.
 
-use super::unit::{Image, Query, Shape, Source, State, TextureUnit, alone, finest};
-use crate::gpu::GpuError;
+use crate::error::InputError;
+use crate::sampler::{Image, Query, Shape, Source, State, TextureUnit, alone, finest};
 
 /// Every texel that a look-up reads, with its weight.
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ pub fn transfer(
     state: State,
     source: Source,
     queries: &[Query],
-) -> Result<Vec<Transfer>, GpuError> {
+) -> Result<Vec<Transfer>, InputError> {
     let format = finest(unit);
     let count = |level: usize| shape.faces() * (size >> level).max(1).pow(2);
     let empty = Transfer { size, levels: (0..levels).map(|l| vec![0.0; count(l)]).collect() };

@@ -147,8 +147,10 @@ fn chosen(there: &[AdapterFacts], asked: Option<&str>) -> Result<usize, GpuError
         };
         return (0..there.len()).min_by_key(|at| rank(there[*at].kind)).ok_or(GpuError::NoAdapter);
     };
-    let fails =
-        |problem| GpuError::Choice { asked: asked.to_string(), problem, there: there.to_vec() };
+    let fails = |problem| {
+        let names: Vec<String> = there.iter().map(|a| format!("{}: {}", a.index, a.name)).collect();
+        GpuError::Choice { asked: asked.to_string(), problem, there: names.join(", ") }
+    };
     if let Ok(index) = asked.parse::<usize>() {
         return if index < there.len() { Ok(index) } else { Err(fails("names none")) };
     }

@@ -1,6 +1,5 @@
 //! What can go wrong with a GPU.
 
-use super::adapter::AdapterFacts;
 use crate::error::InputError;
 
 /// Why a GPU did not do what was asked of it.
@@ -10,14 +9,14 @@ pub enum GpuError {
     #[error("no GPU adapter: no Vulkan driver was found")]
     NoAdapter,
     /// `--adapter` names none, or more than one, of those that are there.
-    #[error("`{asked}` {problem} of the adapters {}", names(.there))]
+    #[error("`{asked}` {problem} of the adapters {there}")]
     Choice {
         /// What was asked for.
         asked: String,
         /// "names none" or "names more than one".
         problem: &'static str,
-        /// What is there.
-        there: Vec<AdapterFacts>,
+        /// Index and name of each that is there.
+        there: String,
     },
     /// The adapter gives no device with WebGPU's default limits.
     #[error("{adapter} gives no device: {message}")]
@@ -115,11 +114,6 @@ impl GpuError {
             Self::Refused { .. } => ("gpu", "work that the driver accepts"),
         }
     }
-}
-
-fn names(there: &[AdapterFacts]) -> String {
-    let list: Vec<String> = there.iter().map(|a| format!("{}: {}", a.index, a.name)).collect();
-    list.join(", ")
 }
 
 impl From<GpuError> for InputError {

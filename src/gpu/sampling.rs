@@ -7,7 +7,8 @@ use half::f16;
 use super::device::{Gpu, Kernel, bind_group};
 use super::error::GpuError;
 use crate::base::num;
-use crate::fingerprint::unit::{Format, Image, Query, Shape, Source, State, TextureUnit};
+use crate::error::InputError;
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit};
 
 /// Invocations of a workgroup, as the shader says.
 const WORKGROUP: u32 = 64;
@@ -302,9 +303,9 @@ impl TextureUnit for DeviceSampler<'_> {
         state: State,
         source: Source,
         queries: &[Query],
-    ) -> Result<Vec<[f32; 4]>, GpuError> {
+    ) -> Result<Vec<[f32; 4]>, InputError> {
         let view = self.upload(image)?;
-        self.sample_view(&view, image.shape, state, source, queries)
+        Ok(self.sample_view(&view, image.shape, state, source, queries)?)
     }
 
     fn filters(&self, format: Format) -> bool {

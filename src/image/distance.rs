@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::layout::{EnvPicture, to_cube};
-use super::load::{LoadOptions, load_planar, room};
+use super::limits::{LoadOptions, room};
+use super::load::load_planar;
 use super::planar::Planar;
 use crate::distance::DistanceCube;
 use crate::error::InputError;

@@ -3,7 +3,7 @@
 //! Everything that sizes memory is read here and refused where it exceeds the file or the limit:
 //! attribute sizes, windows, tiles, chunk tables; deep data and sub-sampled channels by name.
 
-use super::load::LoadOptions;
+use super::limits::LoadOptions;
 use super::planar::EnvLayout;
 use crate::base::num;
 use crate::error::InputError;

@@ -1,10 +1,10 @@
 //! OpenEXR to planes: chunks are found here, decompressed by `exr`, and placed here.
 
 use super::exr_header::{Blocks, Part, bad, check, scan};
-use super::load::{LoadOptions, room};
+use super::limits::{LoadOptions, room};
 use super::planar::Planar;
-use super::quiet::guarded;
 use crate::base::num;
+use crate::base::quiet::guarded;
 use crate::error::InputError;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{

@@ -10,7 +10,7 @@
 
 use super::cubes::{Arrangement, cut, lookup_at_halves, lookup_on_edges};
 use super::latlong::LatLong;
-use super::load::LoadOptions;
+use super::limits::LoadOptions;
 use super::planar::EnvLayout;
 use super::resample::{real, resample, samples_per_side};
 use crate::cube::CubeLevel;

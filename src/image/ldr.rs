@@ -1,10 +1,10 @@
 //! PNG and JPEG: code values 0..1 as stored, 8 or 16 bits; colour profiles and gamma chunks are
 //! ignored (sRGB is taken for granted by whoever wants light).
 
-use super::load::{LoadOptions, room};
+use super::limits::{LoadOptions, room};
 use super::planar::Planar;
-use super::quiet::guarded;
 use crate::base::num;
+use crate::base::quiet::guarded;
 use crate::error::InputError;
 use image::{ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;

@@ -15,21 +15,20 @@ mod resample;
 
 pub mod distance;
 pub mod layout;
+pub mod limits;
 pub mod load;
 pub mod mips;
 pub mod planar;
-pub mod quiet;
 pub mod temporary;
 pub mod whole;
 pub mod write;
 pub mod write_planes;
 
 pub use distance::{CleanedDistances, load_distance};
-pub use load::{Cleaned, LoadOptions, load_environment, load_planar, load_planar_levels};
+pub use limits::LoadOptions;
+pub use load::{Cleaned, load_environment, load_planar, load_planar_levels};
 pub use mips::build_mips;
 pub use planar::{EnvLayout, Planar};
-pub(crate) use quiet::guarded;
-pub use quiet::install_quiet_panic_hook;
 pub use whole::WholeFile;
 pub use write::{Sample, write_exr, write_png};
 pub use write_planes::write_planes;

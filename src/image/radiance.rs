@@ -2,10 +2,10 @@
 //!
 //! Values are mantissa · 2^(exponent − 136). `EXPOSURE` and colour corrections are not applied.
 
-use super::load::{LoadOptions, room};
+use super::limits::{LoadOptions, room};
 use super::planar::Planar;
-use super::quiet::guarded;
 use crate::base::num;
+use crate::base::quiet::guarded;
 use crate::error::InputError;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;

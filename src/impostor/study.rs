@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::march::march;
 use crate::distance::DistanceCube;
-use crate::engine::hit::HitResult;
 use crate::policy::HitStatus;
 use crate::reference::Distances;
 use crate::scene::hit::HitScene;
@@ -88,18 +87,6 @@ pub struct Found {
     pub overshot: bool,
     /// How it ended.
     pub status: HitStatus,
-}
-
-impl From<&HitResult> for Found {
-    fn from(result: &HitResult) -> Self {
-        Self {
-            l: result.l,
-            d: result.d,
-            look_ups: result.iterations,
-            overshot: result.overshot,
-            status: result.status,
-        }
-    }
 }
 
 fn length(a: [f64; 3]) -> f64 {

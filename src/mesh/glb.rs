@@ -13,8 +13,8 @@ use gltf::mesh::Mode;
 use super::{Corner, Soup, admit};
 use crate::base::dual::{cross, dot};
 use crate::base::num;
+use crate::base::quiet::guarded;
 use crate::error::InputError;
-use crate::image::guarded;
 
 /// Reads the bytes of a file.
 ///

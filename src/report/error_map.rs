@@ -4,7 +4,7 @@
 //! exactly the colours that are named here.
 
 use super::font::{self, HEIGHT, draw_text, fill, text_width};
-use super::metrics::{Show, same_size};
+use super::shown::{Show, same_size};
 use crate::error::InputError;
 use crate::picture::Picture;
 use crate::srgb::linear_of_bytes;

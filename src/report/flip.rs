@@ -6,7 +6,7 @@
 
 use flip_rs::{DEFAULT_PPD, FlipError, RgbImage, ldr_flip};
 
-use super::metrics::{Show, same_size};
+use super::shown::{Show, same_size};
 use crate::error::InputError;
 use crate::picture::Picture;
 

@@ -1,43 +1,8 @@
-//! Hashes that name a picture's or a unit's exact content: FNV-1a, 64 bits.
-//!
-//! They tell versions apart; they do not resist somebody who looks for collisions.
-//! Source: Fowler, Noll, Vo, draft-eastlake-fnv; offset 0xcbf29ce484222325, prime 0x100000001b3.
+//! The hash that names a picture's exact content.
 
+use crate::base::hash::Fnv64;
 use crate::base::num;
 use crate::picture::Picture;
-
-/// A running FNV-1a hash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fnv64(u64);
-
-impl Default for Fnv64 {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv64 {
-    /// Takes in bytes.
-    #[must_use]
-    pub fn write(mut self, bytes: &[u8]) -> Self {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-        self
-    }
-
-    /// The hash of what was taken in.
-    #[must_use]
-    pub const fn finish(self) -> u64 {
-        self.0
-    }
-}
-
-/// Hash of a text, byte by byte.
-#[must_use]
-pub fn text_hash(text: &str) -> u64 {
-    Fnv64::default().write(text.as_bytes()).finish()
-}
 
 /// Hash of a picture's exact content: size, mask and the bits of every double.
 ///
@@ -62,26 +27,9 @@ pub fn picture_hash(picture: &Picture) -> u64 {
     hash.finish()
 }
 
-/// The way in which hashes are printed and committed: 16 lower-case hexadecimal digits.
-#[must_use]
-pub fn hash_text(hash: u64) -> String {
-    format!("{hash:016x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn agrees_with_the_published_vectors_of_fnv_1a() {
-        for (text, hash) in [
-            ("", 0xcbf2_9ce4_8422_2325),
-            ("a", 0xaf63_dc4c_8601_ec8c),
-            ("foobar", 0x8594_4171_f739_67e8),
-        ] {
-            assert_eq!(text_hash(text), hash, "{text:?}");
-        }
-    }
 
     #[test]
     fn changes_with_every_part_of_a_picture() {
@@ -113,10 +61,5 @@ mod tests {
         a.rgb[0][0] = f64::from_bits(0x7ff8_0000_0000_0001);
         b.rgb[0][0] = f64::from_bits(0xfff8_0000_0000_0000);
         assert_eq!(picture_hash(&a), picture_hash(&b));
-    }
-
-    #[test]
-    fn prints_leading_zeros() {
-        assert_eq!(hash_text(0xab), "00000000000000ab");
     }
 }

@@ -7,10 +7,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::shown::{Show, same_size};
 use crate::base::num;
 use crate::error::InputError;
 use crate::picture::Picture;
-use crate::srgb::srgb_encode;
 
 /// ε of the relative error: a value of 0.01 is where it turns from relative to absolute.
 const RELATIVE_FLOOR: f64 = 0.01 * 0.01;
@@ -190,56 +190,6 @@ fn pixel(
     sums.coverage_differs += usize::from(a.covered[at] != b.covered[at]);
     sums.over += usize::from(worst * 255.0 > ONE_STEP);
     Ok(sums)
-}
-
-/// From linear light to what is shown: exposure, clamp, sRGB.
-#[derive(Clone, Copy, Debug)]
-pub struct Show {
-    scale: f64,
-}
-
-impl Show {
-    /// Shows with an exposure in stops.
-    ///
-    /// # Errors
-    ///
-    /// `exposure` is not within ±64.
-    pub fn new(exposure: f64) -> Result<Self, InputError> {
-        if (-64.0..=64.0).contains(&exposure) {
-            Ok(Self { scale: libm::exp2(exposure) })
-        } else {
-            Err(InputError::new(
-                "--exposure",
-                "stops from -64 to 64",
-                format!("{exposure}"),
-                "0 shows linear 1 as white; each stop doubles the light",
-            ))
-        }
-    }
-
-    /// The shown value of a linear channel, in [0, 1].
-    #[must_use]
-    pub fn channel(self, linear: f64) -> f64 {
-        srgb_encode((linear * self.scale).clamp(0.0, 1.0))
-    }
-}
-
-/// Refuses two pictures of different size.
-///
-/// # Errors
-///
-/// The sizes differ; the message has both.
-pub fn same_size(a: &Picture, b: &Picture) -> Result<(), InputError> {
-    if (a.width, a.height) == (b.width, b.height) {
-        Ok(())
-    } else {
-        Err(InputError::new(
-            "the second picture",
-            format!("{}x{} pixels like the first", a.width, a.height),
-            format!("{}x{}", b.width, b.height),
-            "render both at the same --size",
-        ))
-    }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts of pixels are far below 2^53")]

@@ -8,4 +8,5 @@ pub mod hash;
 pub mod html;
 pub mod metrics;
 pub mod plot;
+pub mod shown;
 pub mod table;

@@ -9,10 +9,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::axis::{Axis, Values};
 use super::read::Reader;
+use crate::base::hash::{hash_text, text_hash};
 use crate::base::num;
 use crate::engine::Rung;
 use crate::error::InputError;
-use crate::report::hash::{hash_text, text_hash};
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 

@@ -1,5 +1,7 @@
 //! Stratified samples of a pixel and the estimate that they make.
 
+use crate::base::random::hash;
+
 /// How a round of samples covers a pixel: g rows of 2g strata, two samples in each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strata {
@@ -58,14 +60,6 @@ impl Strata {
 /// The middle of one of 2³² parts of 0…1.
 fn unit(bits: u64) -> f64 {
     (2 * bits + 1) as f64 / 8_589_934_592.0
-}
-
-/// A bijective mixing of 64 bits (the finaliser of SplitMix64).
-pub(crate) fn hash(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 /// Sums over pairs of samples, from which mean and standard error follow.

@@ -15,7 +15,7 @@ use rtl_model::Config;
 use rtl_model::policy::{Axis, Count, Dnmod, Minor, Weights};
 use rtl_model::regs::Reg;
 
-use words::{TableErrors, Words, power};
+use words::{SQRT_3, TableErrors, Words, power};
 
 /// One bound.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,8 +29,7 @@ pub struct Bound {
 }
 
 const SQRT_2: f64 = std::f64::consts::SQRT_2;
-/// √3 and √6.
-const SQRT_3: f64 = 1.732_050_807_568_877_2;
+/// √6.
 const SQRT_6: f64 = 2.449_489_742_783_178;
 
 /// 1/(1 − x) for a relative error x; infinite where x may be the whole of the number.

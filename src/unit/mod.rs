@@ -14,11 +14,11 @@ use rtl_model::texture::check_texel;
 use rtl_model::unit::{HitUnit, Needs, TexUnit};
 use rtl_model::{Config, ConfigError, Unit};
 
+use crate::base::hash;
 use crate::error::InputError;
 use crate::policy::{
     Axis, ConeEnv, ConeGradient, ConeRules, Curvature, RoughnessInterpolation, SetDiffuse,
 };
-use crate::report::hash;
 use crate::settings::{AngleTable, IDENTITY, Settings};
 
 /// Which axis the float reference uses where the unit's is the table's.

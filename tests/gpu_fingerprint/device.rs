@@ -5,10 +5,10 @@ use tapline::fingerprint::levels::Log;
 use tapline::fingerprint::model::{Corner, Line, Seam};
 use tapline::fingerprint::rho::{Projection, Rho};
 use tapline::fingerprint::steps::{Rounding, Steps};
-use tapline::fingerprint::unit::{Format, Source};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
 use tapline::gpu::Gpu;
 use tapline::gpu::sampling::DeviceSampler;
+use tapline::sampler::{Format, Source};
 
 pub(crate) use crate::gpu_support::device as gpu;
 

@@ -5,7 +5,7 @@ use tapline::fingerprint::levels::Log;
 use tapline::fingerprint::model::{Corner, Line, Model, Rule, Seam, Spacing};
 use tapline::fingerprint::rho::{Projection, Rho};
 use tapline::fingerprint::steps::{Rounding, Steps};
-use tapline::fingerprint::unit::{Shape, Source};
+use tapline::sampler::{Shape, Source};
 
 /// Steps of some bits.
 pub(crate) fn bits(bits: u32, rounding: Rounding) -> Steps {

@@ -9,8 +9,8 @@ use tapline::fingerprint::rho::{PLANAR_RULES, PROJECTIONS};
 use tapline::fingerprint::steps::{Rounding, Staircase, Steps, grid_bits, staircase};
 use tapline::fingerprint::taps::{Footprint, taps};
 use tapline::fingerprint::texels::{coordinates, weights};
-use tapline::fingerprint::unit::{Format, Shape, Source, to_index};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
+use tapline::sampler::{Format, Shape, Source, to_index};
 
 use crate::models::{bits, odd, orthodox, rules};
 

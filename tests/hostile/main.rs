@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use peak_alloc::PeakAlloc;
 use rayon::prelude::*;
+use tapline::base::quiet::install_quiet_panic_hook;
 use tapline::base::random::Random;
+use tapline::cli::untrusted::Reader;
 use tapline::error::InputError;
-use tapline::image::install_quiet_panic_hook;
-use tapline::untrusted::Reader;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;

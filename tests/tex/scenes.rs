@@ -1,9 +1,10 @@
 //! The built-in scenes with ray cones.
 
+use tapline::base::hash::hash_text;
 use tapline::engine::tex_subject::{TexEngine, TexSubject};
 use tapline::image::mips::build_mips;
 use tapline::policy::ConeMetric;
-use tapline::report::hash::{hash_text, picture_hash};
+use tapline::report::hash::picture_hash;
 use tapline::report::metrics;
 use tapline::scene::tex::{TEX_SCENES, build};
 use tapline::scene::{SceneOptions, environment};

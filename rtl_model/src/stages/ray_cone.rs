@@ -8,29 +8,12 @@ pub mod camera;
 
 use crate::cone::exact::{self, Term};
 use crate::cone::{
-    Angle, Cone, ConeFormat, Dither, Dyadic, LaneOrder, SmallFloat, StoreRounding, Sum, Width, fast,
+    Angle, Cone, Dither, Dyadic, LaneOrder, SmallFloat, StoreRounding, Sum, Width, fast,
 };
 use crate::config::Config;
 use crate::fx::Flags;
 use crate::policy::{ConeRules, SetDiffuse};
 use crate::regs::Event;
-
-/// Knobs of the cones' registers and rules.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct ConeConfig {
-    /// Format of both registers.
-    pub format: ConeFormat,
-    /// Rounding of their stores.
-    pub rounding: StoreRounding,
-    /// Order of the two in a packed word.
-    pub order: LaneOrder,
-    /// Seed of stochastic stores.
-    pub seed: u32,
-    /// The note's rules or those of OptiX Toolkit's code.
-    pub rules: ConeRules,
-    /// What a diffuse scatter of OptiX Toolkit writes.
-    pub set_diffuse: SetDiffuse,
-}
 
 /// Compiled configuration.
 #[derive(Clone, Copy, Debug, Hash)]

@@ -14,7 +14,7 @@ use std::hash::{Hash, Hasher};
 
 use rtl_model::Config;
 
-use crate::report::hash::Fnv64;
+use crate::base::hash::Fnv64;
 
 /// FNV-1a behind the standard library's interface.
 #[derive(Clone, Copy, Debug, Default)]

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::world::bodies::Ball;
 use super::world::built_in;
+use super::world::light::Lamp;
 use super::{DEFAULT_FACE_SIZE, SceneInfo, SceneOptions, check_size};
-use crate::caustic::Lamp;
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::mesh::Mesh;

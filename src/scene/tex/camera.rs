@@ -1,7 +1,7 @@
 //! Cameras of the TEX scenes and what a ray cone starts with.
 
-use super::path::Random;
 use crate::base::dual::{cross, dot};
+use crate::base::random::Keyed;
 
 /// Where a camera's rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Camera {
         at: [f64; 2],
         sample: u32,
         samples: u32,
-        random: &mut Random,
+        random: &mut Keyed,
     ) -> ([f64; 3], [f64; 3]) {
         let x = 2.0 * at[0] / f64::from(self.size[0]) - 1.0;
         let y = 1.0 - 2.0 * at[1] / f64::from(self.size[1]);

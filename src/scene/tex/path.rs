@@ -4,10 +4,10 @@
 use super::TexScene;
 use super::shape::Contact;
 use crate::base::dual::{cross, dot};
+use crate::base::random::Keyed;
 use crate::fragment::TexFragment;
 use crate::optics::{fresnel, refract};
 use crate::reference::ray_cone::Step;
-use crate::truth::sampling::hash;
 
 /// What a surface does with a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,28 +80,6 @@ const BEYOND: f64 = 1e-9;
 /// Mean reflectance of matt glaze.
 const MATT: f64 = 0.5;
 
-/// Random numbers of one path.
-#[derive(Clone, Debug)]
-pub struct Random {
-    key: u64,
-    count: u64,
-}
-
-impl Random {
-    /// The numbers of a sample of an image position.
-    #[must_use]
-    pub fn new(seed: u64, place: [f64; 2], sample: u64) -> Self {
-        let words = [seed, place[0].to_bits(), place[1].to_bits(), sample];
-        Self { key: words.into_iter().fold(0, |key, word| hash(key ^ word)), count: 0 }
-    }
-
-    /// The next number, from 0 on and below 1.
-    pub fn number(&mut self) -> f64 {
-        self.count += 1;
-        (hash(self.key.wrapping_add(self.count)) >> 11) as f64 / 9_007_199_254_740_992.0
-    }
-}
-
 fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = dot(a, a).sqrt();
     a.map(|c| c / length)
@@ -110,7 +88,7 @@ fn unit(a: [f64; 3]) -> [f64; 3] {
 impl TexScene {
     /// The path of a sample, of so many, at an image position (pixels from the top left corner).
     pub fn path(&self, at: [f64; 2], [sample, samples]: [u32; 2], path: &mut Path) {
-        let mut random = Random::new(u64::from(sample), at, 0);
+        let mut random = Keyed::new(u64::from(sample), at, 0);
         let (mut origin, mut direction) = self.camera.ray(at, sample, samples, &mut random);
         path.direction = direction;
         path.events.clear();
@@ -189,7 +167,7 @@ impl TexScene {
         index: f64,
         contact: &Contact,
         direction: [f64; 3],
-        random: &mut Random,
+        random: &mut Keyed,
         path: &mut Path,
     ) -> [f64; 3] {
         let cosine = dot(direction, contact.normal);
@@ -245,7 +223,7 @@ fn mirrored(d: [f64; 3], n: [f64; 3], cosine: f64) -> [f64; 3] {
 }
 
 /// A direction about the normal with a density of cos/π.
-fn scattered(n: [f64; 3], random: &mut Random) -> [f64; 3] {
+fn scattered(n: [f64; 3], random: &mut Keyed) -> [f64; 3] {
     let across = if n[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let a = unit(cross(n, across));
     let b = cross(n, a);

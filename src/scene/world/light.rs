@@ -2,6 +2,15 @@
 
 use std::f64::consts::PI;
 
+/// A point light that shines the same in all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Where it hangs, relative to the reference point.
+    pub position: [f64; 3],
+    /// Its power, linear RGB.
+    pub power: [f64; 3],
+}
+
 /// Largest share of the light that a wall sends back: paint brighter than white is a lamp.
 const WHITE: f64 = 1.0;
 

@@ -1,7 +1,7 @@
 //! Worlds of solid bodies that rays can be cast into: what surrounds a reflective object.
 //!
-//! A world answers what a ray from any point meets and how bright that is. It makes distance impostors
-//! (`crate::impostor`) and it is the truth that they are compared with. Surfaces glow by themselves:
+//! A world answers what a ray from any point meets and how bright that is. Distance impostors
+//! are made from it, and it is the truth that they are compared with. Surfaces glow by themselves:
 //! radiance depends on the point alone, not on the direction, so that a filter's error is not mixed with a
 //! shading model's.
 

@@ -2,7 +2,7 @@
 
 use rtl_model::regs::Reg;
 
-use super::Ranges;
+use super::ranges::Ranges;
 use crate::base::num;
 use crate::policy::{Axis, Weights};
 use crate::unit::knobs::Value;

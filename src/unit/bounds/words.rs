@@ -6,7 +6,8 @@ use rtl_model::fx::Rounding;
 use rtl_model::regs::Reg;
 use rtl_model::tables::TableSpec;
 
-use super::SQRT_3;
+/// √3.
+pub(super) const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
 /// 2^−bits.
 pub(super) fn power(bits: u32) -> f64 {

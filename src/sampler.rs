@@ -1,6 +1,7 @@
-//! What a texture unit is to a fingerprint: textures, sampler states and queries in, colours out.
+//! What a sampler of textures is: textures, sampler states and queries in, colours out. A GPU has one, and a model
+//! of a GPU is one.
 
-use crate::gpu::GpuError;
+use crate::error::InputError;
 
 /// Kind of texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -152,7 +153,7 @@ pub trait TextureUnit {
         state: State,
         source: Source,
         queries: &[Query],
-    ) -> Result<Vec<[f32; 4]>, GpuError>;
+    ) -> Result<Vec<[f32; 4]>, InputError>;
 
     /// Whether it filters a format.
     fn filters(&self, format: Format) -> bool;
@@ -179,7 +180,7 @@ pub fn alone(
     state: State,
     source: Source,
     queries: &[Query],
-) -> Result<Vec<[f32; 4]>, GpuError> {
+) -> Result<Vec<[f32; 4]>, InputError> {
     if source != Source::Gradient {
         return unit.sample(image, state, source, queries);
     }

@@ -6,7 +6,6 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use crate::cli;
 use crate::error::InputError;
 use crate::image::{LoadOptions, load_distance, load_environment, load_planar_levels};
 use crate::mesh::Mesh;
@@ -77,7 +76,7 @@ impl Reader {
     pub fn read(self, bytes: &[u8], max_image_mb: u64) -> Result<(), InputError> {
         let options = LoadOptions { max_image_mb, face_size: None };
         match self {
-            Self::TraceLines => cli::trace::answer(bytes),
+            Self::TraceLines => super::trace::answer(bytes),
             Self::Unit => {
                 let text = String::from_utf8_lossy(bytes);
                 let spec = file::from_toml("unit", &text)?;
@@ -104,7 +103,7 @@ impl Reader {
                 assert_eq!(again, Ok(model), "knobs change on their way through a file");
                 Ok(())
             }
-            Self::Vectors => cli::vectors::answer(bytes),
+            Self::Vectors => super::vectors::answer(bytes),
         }
     }
 }
