@@ -15,7 +15,7 @@ use crate::conformance::budget::{self, Row, Verdict};
 use crate::conformance::certify::{Certified, certify};
 use crate::engine::Subject;
 use crate::error::InputError;
-use crate::report::table::{Align, Table, significant};
+use crate::report::table::{Table, digits, missing, places, text, value, whole};
 use crate::unit::{ReferenceAxis, UnitSpec};
 
 #[derive(Debug, clap::Args)]
@@ -79,29 +79,10 @@ fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failur
     if !target.takes_stdout() {
         print(spec, (args.seed, &cases), &rows, &certified)?;
     }
-    let mut root = Origin::new(spec).json();
-    root.insert("seed".into(), json!(args.seed));
-    let list: Vec<_> = rows
-        .iter()
-        .map(|r| {
-            json!({
-                "stage": r.stage.name(), "register": r.name, "bound_lsb": r.bound, "worst_lsb": r.worst,
-                "used": r.used, "components": r.count, "exceeded": r.exceeded, "verdict": word(r.verdict()),
-            })
-        })
-        .collect();
-    root.insert("registers".into(), json!(list));
-    let list: Vec<_> = certified
-        .iter()
-        .map(|c| {
-            json!({
-                "name": c.name, "domain": c.domain, "inputs": c.inputs, "bound": c.bound, "worst": c.worst,
-                "unit": c.unit, "certified": c.holds(),
-            })
-        })
-        .collect();
-    root.insert("certified".into(), json!(list));
-    target.write(&serde_json::Value::Object(root))?;
+    target.write(&Origin { seed: args.seed, ..Origin::new(spec) }.object(json!({
+        "registers": registers(&rows).json(),
+        "certified": domains(&certified).json(),
+    })))?;
     let broken: Vec<String> = rows
         .iter()
         .filter(|r| r.verdict() == Verdict::Exceeded)
@@ -113,6 +94,41 @@ fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failur
     } else {
         Err(Failure::Disagrees(format!("beyond the bound: {}", broken.join(", "))))
     }
+}
+
+fn registers(rows: &[Row]) -> Table {
+    Table::of(
+        rows,
+        &[
+            ("register", "", &|r| text(format!("{}.{}", r.stage.name(), r.name))),
+            ("", "stage", &|r| value(r.stage.name())),
+            ("", "register", &|r| value(r.name)),
+            ("bound LSB", "bound_lsb", &|r| digits(r.bound, 4)),
+            ("worst LSB", "worst_lsb", &|r| digits(r.worst, 4)),
+            ("used %", "used", &|r| places(100.0 * r.used, 1).with(r.used)),
+            ("components", "components", &|r| whole(r.count)),
+            ("", "exceeded", &|r| value(r.exceeded)),
+            (" ", "verdict", &|r| text(word(r.verdict()))),
+        ],
+    )
+}
+
+fn domains(certified: &[Certified]) -> Table {
+    Table::of(
+        certified,
+        &[
+            ("whole domain", "", &|c| text(format!("{}: {}", c.name, c.domain))),
+            ("", "name", &|c| value(&c.name)),
+            ("", "domain", &|c| value(&c.domain)),
+            ("inputs", "inputs", &|c| whole(c.inputs)),
+            ("bound", "bound", &|c| digits(c.bound, 4)),
+            ("worst", "worst", &|c| digits(c.worst, 4)),
+            ("unit", "unit", &|c| text(c.unit)),
+            (" ", "certified", &|c| {
+                text(if c.holds() { "certified" } else { "EXCEEDED" }).with(c.holds())
+            }),
+        ],
+    )
 }
 
 fn print(
@@ -128,49 +144,12 @@ fn print(
         env!("CARGO_PKG_VERSION"),
         spec.hash()
     )?;
-    let mut table = Table::new(&[
-        ("register", Align::Left),
-        ("bound LSB", Align::Right),
-        ("worst LSB", Align::Right),
-        ("used %", Align::Right),
-        ("components", Align::Right),
-        ("", Align::Left),
-    ]);
-    for row in rows {
-        table.row([
-            format!("{}.{}", row.stage.name(), row.name),
-            significant(row.bound, 4),
-            significant(row.worst, 4),
-            format!("{:.1}", 100.0 * row.used),
-            row.count.to_string(),
-            word(row.verdict()).into(),
-        ]);
-    }
-    writeln!(out, "{table}")?;
+    writeln!(out, "{}", registers(rows))?;
     let vacuous = rows.iter().filter(|r| r.verdict() == Verdict::Vacuous).count();
     writeln!(out, "{} registers, {vacuous} with a vacuous bound\n", rows.len())?;
-    if certified.is_empty() {
-        return Ok(());
+    if !certified.is_empty() {
+        writeln!(out, "{}", domains(certified))?;
     }
-    let mut table = Table::new(&[
-        ("whole domain", Align::Left),
-        ("inputs", Align::Right),
-        ("bound", Align::Right),
-        ("worst", Align::Right),
-        ("unit", Align::Left),
-        ("", Align::Left),
-    ]);
-    for c in certified {
-        table.row([
-            format!("{}: {}", c.name, c.domain),
-            c.inputs.to_string(),
-            significant(c.bound, 4),
-            significant(c.worst, 4),
-            c.unit.into(),
-            if c.holds() { "certified" } else { "EXCEEDED" }.into(),
-        ]);
-    }
-    writeln!(out, "{table}")?;
     Ok(())
 }
 
@@ -181,11 +160,13 @@ fn env_scene(args: &Args, spec: &UnitSpec, name: &str) -> Result<Subject, InputE
     subject::load(name, &args.scene, &spec.settings(ReferenceAxis::Exact))
 }
 
+/// The part that is no stage.
+const WHOLE: &str = "all of the unit";
+
 fn shares(args: &Args, spec: &UnitSpec, scene: &str, target: JsonTarget) -> Result<(), Failure> {
     let subject = env_scene(args, spec, scene)?;
     let parts = attribute(spec, &subject)?;
-    let (whole, stages): (Vec<&Part>, Vec<&Part>) =
-        parts.iter().partition(|p| p.name == "all of the unit");
+    let (whole, stages): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|p| p.name == WHOLE);
     let squares: f64 = stages.iter().map(|p| p.rmse * p.rmse).sum();
     let share = |part: &Part| 100.0 * part.rmse * part.rmse / squares.max(f64::MIN_POSITIVE);
     if !target.takes_stdout() {
@@ -196,37 +177,26 @@ fn shares(args: &Args, spec: &UnitSpec, scene: &str, target: JsonTarget) -> Resu
             env!("CARGO_PKG_VERSION"),
             spec.hash()
         )?;
-        let mut table = Table::new(&[
-            ("words of", Align::Left),
-            ("rmse", Align::Right),
-            ("worst", Align::Right),
-            ("share of the squares %", Align::Right),
-        ]);
-        for part in &stages {
-            table.row([
-                part.name.clone(),
-                significant(part.rmse, 3),
-                significant(part.max_abs, 3),
-                format!("{:.1}", share(part)),
-            ]);
-        }
-        for part in &whole {
-            table.row([
-                part.name.clone(),
-                significant(part.rmse, 3),
-                significant(part.max_abs, 3),
-                String::new(),
-            ]);
-        }
+        let table = Table::of(
+            stages.iter().chain(&whole),
+            &[
+                ("words of", "", &|p| text(&p.name)),
+                ("rmse", "", &|p| digits(p.rmse, 3)),
+                ("worst", "", &|p| digits(p.max_abs, 3)),
+                ("share of the squares %", "", &|p| {
+                    if p.name == WHOLE { missing("") } else { places(share(p), 1) }
+                }),
+            ],
+        );
         writeln!(out, "{table}")?;
     }
-    let mut root = Origin::new(spec).json();
-    root.insert("scene".into(), json!(scene));
     let list: Vec<_> = stages
         .iter()
         .map(|p| json!({"name": p.name, "rmse": p.rmse, "max_abs": p.max_abs, "share": share(p) / 100.0}))
         .collect();
-    root.insert("parts".into(), json!(list));
-    root.insert("rmse".into(), json!(whole.first().map(|p| p.rmse)));
-    target.write(&serde_json::Value::Object(root))
+    target.write(&Origin::new(spec).object(json!({
+        "scene": scene,
+        "parts": list,
+        "rmse": whole.first().map(|p| p.rmse),
+    })))
 }

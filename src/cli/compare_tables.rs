@@ -1,7 +1,7 @@
 //! What `compare` found, as JSON and as tables on stdout.
 
-use crate::base::num;
 use std::collections::BTreeMap;
+use std::io::Write;
 
 use rtl_model::regs::Reg;
 use serde_json::{Map, Value, json};
@@ -10,11 +10,14 @@ use super::Failure;
 use super::compare::{Args, Results};
 use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
+use crate::base::num;
 use crate::caustic::difference;
 use crate::engine::Rung;
 use crate::engine::gpu::check::StageChecks;
-use crate::engine::registers::{RegisterError, RegisterErrors};
-use crate::report::table::{Align, Table, count, fixed, optional, significant};
+use crate::engine::registers::RegisterErrors;
+use crate::report::table::{
+    Table, count, digits, given, grouped, missing, places, significant, text, value, whole,
+};
 use crate::settings::Settings;
 use crate::unit::UnitSpec;
 
@@ -27,10 +30,6 @@ fn flags(results: &Results) -> BTreeMap<String, u64> {
     results.get(Rung::Rtl).map(|r| r.flags.clone()).unwrap_or_default()
 }
 
-fn compared(errors: &RegisterErrors) -> impl Iterator<Item = (Reg, &RegisterError)> {
-    Reg::ALL.iter().copied().zip(&errors.registers).filter(|(_, e)| e.count > 0)
-}
-
 /// The results as `--json` writes them and the report shows them.
 pub(super) fn to_json(
     args: &Args,
@@ -39,73 +38,74 @@ pub(super) fn to_json(
     job: &Job,
     results: &Results,
 ) -> Value {
-    let mut root = origin.json();
     let fragments = job.fragments();
-    root.insert("scene".into(), json!(args.scene));
-    root.insert("size".into(), json!(job.size()));
-    root.insert("env".into(), json!(args.scene_args.env.as_ref().map(|p| p.display().to_string())));
-    root.insert("face_size".into(), json!(job.map().size()));
-    root.insert("fragments".into(), json!(fragments));
-    root.insert("unit".into(), unit_json(spec));
-    let mut engines = Map::new();
-    for (rung, r) in &results.renderings {
-        let mut engine = json!({
-            "seconds": r.seconds,
-            "fragments_per_second": per(num::u64(fragments), 1) / r.seconds.max(1e-9),
-            "texels_per_fragment": per(r.texels, fragments),
-            "probes_per_fragment": per(r.probes, fragments),
-            "flags": r.flags,
-        });
-        if let (Some(error), Some(map)) = (r.standard_error, engine.as_object_mut()) {
-            map.insert("standard_error".into(), json!(error));
-        }
-        if let (Some((fragments, first)), Some(map)) = (r.beyond_f32, engine.as_object_mut()) {
-            let beyond = json!({"fragments": fragments, "first_pixel": first});
-            map.insert("beyond_f32".into(), beyond);
-        }
-        if let (Some(searches), Some(map)) = (&r.searches, engine.as_object_mut()) {
-            let hit = json!({
-                "status": searches.status,
-                "look_ups_per_ray": searches.look_ups(),
-                "overshot": searches.overshot,
-            });
-            map.insert("hit".into(), hit);
-        }
-        let tiles = r.texture_use.as_ref().map(|u| &u.tiles);
-        if let (Some(tiles), Some(map)) = (tiles.filter(|t| !t.is_empty()), engine.as_object_mut())
-        {
-            let by: Vec<Value> =
-                tiles.iter().map(|t| json!({"total": t.total(), "by_level": t.counts()})).collect();
-            map.insert("tiles".into(), json!(by));
-        }
-        engines.insert(rung.name().into(), engine);
+    let names = results.renderings.iter().map(|(rung, _)| rung.name().to_string());
+    let engines: Map<String, Value> = names.zip(engines(results, fragments).json()).collect();
+    let pairs: Vec<Value> =
+        results.pairs.iter().map(|(a, b, p)| p.to_json(a.name(), b.name())).collect();
+    let skipped = results.skipped.iter().map(|s| json!({"engine": s.rung.name(), "why": s.why}));
+    let mut value = origin.object(json!({
+        "scene": args.scene,
+        "size": job.size(),
+        "env": args.scene_args.env.as_ref().map(|p| p.display().to_string()),
+        "face_size": job.map().size(),
+        "fragments": fragments,
+        "unit": unit_json(spec),
+        "engines": engines,
+        "pairs": pairs,
+        "registers": results.registers.as_ref().map_or(Vec::new(), |e| registers(e).json()),
+        "stages": results.stages.as_ref().map(stages_json),
+        "flags": flags(results),
+        "caustic": results.caustics.as_ref().map(caustic_json),
+        "skipped": skipped.collect::<Vec<_>>(),
+        "adapter": results.adapter,
+    }));
+    if let Value::Object(map) = &mut value {
+        // A run that has none of these has no key for it.
+        map.retain(|key, value| !value.is_null() || !["stages", "caustic"].contains(&key.as_str()));
     }
-    root.insert("engines".into(), Value::Object(engines));
-    let pairs = results.pairs.iter().map(|(a, b, p)| p.to_json(a.name(), b.name())).collect();
-    root.insert("pairs".into(), Value::Array(pairs));
-    let rows = results.registers.iter().flat_map(|errors| {
-        compared(errors).map(|(reg, e)| {
-            let info = reg.info();
-            json!({"stage": info.stage, "register": info.name, "worst_lsb": e.worst_lsb, "mean_lsb": e.mean_lsb(), "pixel": e.pixel})
-        })
-    });
-    root.insert("registers".into(), Value::Array(rows.collect()));
-    if let Some(stages) = &results.stages {
-        root.insert("stages".into(), stages_json(stages));
-    }
-    root.insert("flags".into(), json!(flags(results)));
-    if let Some(caustics) = &results.caustics {
-        root.insert("caustic".into(), caustic_json(caustics));
-    }
-    let skipped =
-        results.skipped.iter().map(|s| json!({"engine": s.rung.name(), "why": s.why})).collect();
-    root.insert("skipped".into(), Value::Array(skipped));
-    root.insert("adapter".into(), json!(results.adapter));
-    Value::Object(root)
+    value
+}
+
+/// How fast each engine was and what it read.
+fn engines(results: &Results, fragments: usize) -> Table {
+    Table::of(
+        &results.renderings,
+        &[
+            ("engine", "", &|(rung, _)| text(rung.name())),
+            ("seconds", "seconds", &|(_, r)| digits(r.seconds, 3)),
+            ("fragments/s", "fragments_per_second", &|(_, r)| {
+                digits(per(num::u64(fragments), 1) / r.seconds.max(1e-9), 3)
+            }),
+            ("probes/fragment", "", &|(_, r)| digits(per(r.probes, fragments), 3)),
+            ("texels/fragment", "texels_per_fragment", &|(_, r)| {
+                digits(per(r.texels, fragments), 3)
+            }),
+            ("", "probes_per_fragment", &|(_, r)| value(per(r.probes, fragments))),
+            ("", "flags", &|(_, r)| value(&r.flags)),
+            ("", "standard_error", &|(_, r)| given(r.standard_error)),
+            ("", "beyond_f32", &|(_, r)| {
+                let object =
+                    |(fragments, pixel)| json!({"fragments": fragments, "first_pixel": pixel});
+                given(r.beyond_f32.map(object))
+            }),
+            ("", "hit", &|(_, r)| {
+                given(r.searches.as_ref().map(|s| {
+                    json!({"status": s.status, "look_ups_per_ray": s.look_ups(), "overshot": s.overshot})
+                }))
+            }),
+            ("", "tiles", &|(_, r)| {
+                let tiles = r.texture_use.iter().flat_map(|u| &u.tiles);
+                let tiles: Vec<Value> =
+                    tiles.map(|t| json!({"total": t.total(), "by_level": t.counts()})).collect();
+                given((!tiles.is_empty()).then_some(tiles))
+            }),
+        ],
+    )
 }
 
 /// Touched tiles of 64 × 64 texels, texture by texture.
-fn print_tiles(out: &mut impl std::io::Write, results: &Results) -> Result<(), Failure> {
+fn print_tiles(out: &mut impl Write, results: &Results) -> Result<(), Failure> {
     for (rung, r) in &results.renderings {
         let tiles = r.texture_use.iter().flat_map(|u| &u.tiles);
         for (index, tiles) in tiles.enumerate() {
@@ -124,111 +124,79 @@ fn print_tiles(out: &mut impl std::io::Write, results: &Results) -> Result<(), F
 
 /// The ladder's name of a caustic's maker: `truth` is real rays.
 fn caustic_json(caustics: &Caustics) -> Value {
-    let mut by = Map::new();
-    for (rung, caustic) in &caustics.by {
-        by.insert(
-            rung.name().into(),
-            json!({
-                "landed": caustic.landed,
-                "power_of_the_landed": caustic.power,
-                "power_on_the_walls": caustic.map.power(),
+    let names = caustics.by.iter().map(|(rung, _)| rung.name().to_string());
+    let by: Map<String, Value> = names.zip(caustic(caustics).json()).collect();
+    let pairs = caustics.by.iter().zip(caustics.by.iter().skip(1)).map(|((a, x), (b, y))| {
+        json!({"a": a.name(), "b": b.name(), "relative_rms": difference(&x.map, &y.map)})
+    });
+    json!({"photons": caustics.photons, "engines": by, "pairs": pairs.collect::<Vec<_>>()})
+}
+
+/// The caustic, engine by engine, each beside the next.
+fn caustic(caustics: &Caustics) -> Table {
+    let next = caustics.by.iter().skip(1).map(|(_, next)| Some(next)).chain([None]);
+    Table::of(
+        caustics.by.iter().zip(next),
+        &[
+            ("caustic", "", &|((rung, _), _)| text(rung.name())),
+            ("photons that landed", "landed", &|((_, c), _)| {
+                whole(format!("{} of {}", c.landed, caustics.photons)).with(c.landed)
             }),
-        );
-    }
-    let pairs: Vec<Value> = caustics
-        .by
-        .windows(2)
-        .map(|pair| {
-            let [(a, x), (b, y)] = pair else {
-                return Value::Null;
-            };
-            json!({"a": a.name(), "b": b.name(), "relative_rms": difference(&x.map, &y.map)})
-        })
-        .collect();
-    json!({"photons": caustics.photons, "engines": by, "pairs": pairs})
+            ("their power (G)", "power_of_the_landed", &|((_, c), _)| {
+                digits(c.power[1], 5).with(c.power)
+            }),
+            ("on the walls (G)", "power_on_the_walls", &|((_, c), _)| {
+                digits(c.map.power()[1], 5).with(c.map.power())
+            }),
+            ("RMS from the next (%)", "", &|((_, c), next)| {
+                let apart = next.map(|next| 100.0 * difference(&c.map, &next.map));
+                apart.map_or(missing("-"), |a| digits(a, 3))
+            }),
+        ],
+    )
 }
 
-/// The caustic, engine by engine.
-fn print_caustic(out: &mut impl std::io::Write, caustics: &Caustics) -> Result<(), Failure> {
-    let mut table = Table::new(&[
-        ("caustic", Align::Left),
-        ("photons that landed", Align::Right),
-        ("their power (G)", Align::Right),
-        ("on the walls (G)", Align::Right),
-        ("RMS from the next (%)", Align::Right),
-    ]);
-    for (i, (rung, caustic)) in caustics.by.iter().enumerate() {
-        let apart =
-            caustics.by.get(i + 1).map(|(_, next)| 100.0 * difference(&caustic.map, &next.map));
-        table.row([
-            rung.name().to_string(),
-            format!("{} of {}", caustic.landed, caustics.photons),
-            significant(caustic.power[1], 5),
-            significant(caustic.map.power()[1], 5),
-            apart.map_or("-".into(), |a| significant(a, 3)),
-        ]);
-    }
-    writeln!(out, "{table}")?;
-    Ok(())
+/// The registers of the stages' own kernels.
+fn stages(stages: &StageChecks) -> Table {
+    Table::of(
+        stages.rows.iter().filter(|r| r.compared > 0),
+        &[
+            ("register (gpu - f64, stage by stage)", "", &|r| {
+                text(format!("{}.{}", r.stage.name(), r.register))
+            }),
+            ("", "stage", &|r| value(r.stage.name())),
+            ("", "register", &|r| value(r.register)),
+            ("compared", "compared", &|r| grouped(r.compared)),
+            ("worst (2^-23 of it)", "worst_ulp", &|r| digits(r.worst_ulp, 3)),
+            ("worst (of tolerance)", "worst_share", &|r| digits(r.worst_share, 3)),
+            ("undecided", "undecided", &|r| grouped(r.undecided)),
+            ("no bound", "unbounded", &|r| grouped(r.unbounded)),
+            ("unexplained", "unexplained", &|r| grouped(r.unexplained)),
+        ],
+    )
 }
 
-/// The registers of the stages' own kernels, as JSON.
-fn stages_json(stages: &StageChecks) -> Value {
-    let rows: Vec<Value> = stages
-        .rows
-        .iter()
-        .filter(|r| r.compared > 0)
-        .map(|r| {
-            json!({
-                "stage": r.stage.name(), "register": r.register, "compared": r.compared,
-                "worst_ulp": r.worst_ulp, "worst_share": r.worst_share, "undecided": r.undecided,
-                "unbounded": r.unbounded, "unexplained": r.unexplained,
-            })
-        })
-        .collect();
-    let first = stages.first.as_ref().map(|d| {
+fn stages_json(found: &StageChecks) -> Value {
+    let first = found.first.as_ref().map(|d| {
         json!({
             "stage": d.stage.name(), "register": d.register, "pixel": d.pixel,
             "rtl": d.rtl, "gpu": d.gpu, "f64": d.f64, "tolerance": d.tolerance, "operands": d.operands,
         })
     });
-    json!({"fragments": stages.fragments, "registers": rows, "first_difference": first})
+    let registers = stages(found).json();
+    json!({"fragments": found.fragments, "registers": registers, "first_difference": first})
 }
 
 /// The registers of the stages' own kernels, and the first that nothing explains.
-fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(), Failure> {
-    let mut table = Table::new(&[
-        ("register (gpu - f64, stage by stage)", Align::Left),
-        ("compared", Align::Right),
-        ("worst (2^-23 of it)", Align::Right),
-        ("worst (of tolerance)", Align::Right),
-        ("undecided", Align::Right),
-        ("no bound", Align::Right),
-        ("unexplained", Align::Right),
-    ]);
-    for r in stages.rows.iter().filter(|r| r.compared > 0) {
-        table.row([
-            format!("{}.{}", r.stage.name(), r.register),
-            count(r.compared),
-            significant(r.worst_ulp, 3),
-            significant(r.worst_share, 3),
-            count(r.undecided),
-            count(r.unbounded),
-            count(r.unexplained),
-        ]);
-    }
-    writeln!(out, "\n{table}")?;
-    let Some(d) = &stages.first else {
+fn print_stages(out: &mut impl Write, found: &StageChecks) -> Result<(), Failure> {
+    writeln!(out, "\n{}", stages(found))?;
+    let Some(d) = &found.first else {
         writeln!(out, "no difference of a stage's register is unexplained")?;
         return Ok(());
     };
     let [x, y] = d.pixel;
-    writeln!(
-        out,
-        "first unexplained difference: {}.{} at pixel {x},{y}",
-        d.stage.name(),
-        d.register
-    )?;
+    let (stage, register) = (d.stage.name(), d.register);
+    writeln!(out, "first unexplained difference: {stage}.{register} at pixel {x},{y}")?;
     for (name, values) in [("gpu", &d.gpu), ("f64", &d.f64), ("tolerance", &d.tolerance)] {
         writeln!(out, "  {name:9} {values:?}")?;
     }
@@ -241,30 +209,54 @@ fn print_stages(out: &mut impl std::io::Write, stages: &StageChecks) -> Result<(
 }
 
 /// How the searches of the HIT operation ended, by engine.
-fn print_searches(out: &mut impl std::io::Write, results: &Results) -> Result<(), Failure> {
-    let mut table = Table::new(&[
-        ("search", Align::Left),
-        ("look-ups/ray", Align::Right),
-        ("rays with an overshoot", Align::Right),
-        ("rays by status", Align::Left),
-    ]);
-    for (rung, r) in &results.renderings {
-        let Some(searches) = &r.searches else {
-            continue;
-        };
-        let status: Vec<String> =
-            searches.status.iter().map(|(name, n)| format!("{name} {}", count(*n))).collect();
-        table.row([
-            rung.name().to_string(),
-            significant(searches.look_ups(), 3),
-            count(searches.overshot),
-            status.join(", "),
-        ]);
-    }
-    if !table.is_empty() {
-        writeln!(out, "{table}")?;
-    }
-    Ok(())
+fn searches(results: &Results) -> Table {
+    Table::of(
+        results.renderings.iter().filter_map(|(rung, r)| Some((rung, r.searches.as_ref()?))),
+        &[
+            ("search", "", &|(rung, _)| text(rung.name())),
+            ("look-ups/ray", "", &|(_, s)| digits(s.look_ups(), 3)),
+            ("rays with an overshoot", "", &|(_, s)| grouped(s.overshot)),
+            ("rays by status", "", &|(_, s)| {
+                let status = s.status.iter().map(|(name, n)| format!("{name} {}", count(*n)));
+                text(status.collect::<Vec<_>>().join(", "))
+            }),
+        ],
+    )
+}
+
+/// How far each engine is from the next.
+fn ladder(results: &Results) -> Table {
+    Table::of(
+        &results.pairs,
+        &[
+            ("pair", "", &|(a, b, _)| text(format!("{} - {}", a.name(), b.name()))),
+            ("PSNR (dB)", "", &|(.., p)| {
+                p.psnr_db.map_or(missing("identical"), |db| places(db, 2))
+            }),
+            ("max (8-bit steps)", "", &|(.., p)| digits(p.max_lsb8, 3)),
+            ("RMS (8-bit steps)", "", &|(.., p)| digits(255.0 * p.rmse, 3)),
+            ("rel. MSE", "", &|(.., p)| digits(p.rel_mse, 3)),
+            (">1 step (%)", "", &|(.., p)| digits(100.0 * p.share_over_1_lsb8, 3)),
+            ("FLIP", "", &|(.., p)| p.flip.map_or(missing("-"), |f| digits(f, 3))),
+        ],
+    )
+}
+
+/// Registers of rtl against the reference's.
+fn registers(errors: &RegisterErrors) -> Table {
+    Table::of(
+        Reg::ALL.iter().map(|reg| reg.info()).zip(&errors.registers).filter(|(_, e)| e.count > 0),
+        &[
+            ("register (rtl - f64)", "", &|(reg, _)| text(format!("{}.{}", reg.stage, reg.name))),
+            ("", "stage", &|(reg, _)| value(reg.stage)),
+            ("", "register", &|(reg, _)| value(reg.name)),
+            ("worst (LSB)", "worst_lsb", &|(_, e)| digits(e.worst_lsb, 3)),
+            ("mean (LSB)", "mean_lsb", &|(_, e)| digits(e.mean_lsb(), 3)),
+            ("pixel of the worst", "pixel", &|(_, e)| {
+                whole(format!("{},{}", e.pixel[0], e.pixel[1])).with(e.pixel)
+            }),
+        ],
+    )
 }
 
 /// The results as tables on stdout.
@@ -275,7 +267,6 @@ pub(super) fn print_tables(
     results: &Results,
     settings: &Settings,
 ) -> Result<(), Failure> {
-    use std::io::Write as _;
     let mut out = std::io::stdout().lock();
     let fragments = job.fragments();
     let env =
@@ -299,72 +290,20 @@ pub(super) fn print_tables(
         out,
         "f64 and ewa use {axis}; probes of f64 carry the trilinear filter's own blur, which ewa has not\n"
     )?;
-
-    let mut ladder = Table::new(&[
-        ("pair", Align::Left),
-        ("PSNR (dB)", Align::Right),
-        ("max (8-bit steps)", Align::Right),
-        ("RMS (8-bit steps)", Align::Right),
-        ("rel. MSE", Align::Right),
-        (">1 step (%)", Align::Right),
-        ("FLIP", Align::Right),
-    ]);
-    for (a, b, p) in &results.pairs {
-        ladder.row([
-            format!("{} - {}", a.name(), b.name()),
-            p.psnr_db.map_or("identical".into(), |db| fixed(db, 2)),
-            significant(p.max_lsb8, 3),
-            significant(255.0 * p.rmse, 3),
-            significant(p.rel_mse, 3),
-            significant(100.0 * p.share_over_1_lsb8, 3),
-            optional(p.flip.map(|f| significant(f, 3))),
-        ]);
+    for table in [ladder(results), engines(results, fragments), searches(results)] {
+        if !table.is_empty() {
+            writeln!(out, "{table}")?;
+        }
     }
-    if !ladder.is_empty() {
-        writeln!(out, "{ladder}")?;
-    }
-    let mut speed = Table::new(&[
-        ("engine", Align::Left),
-        ("seconds", Align::Right),
-        ("fragments/s", Align::Right),
-        ("probes/fragment", Align::Right),
-        ("texels/fragment", Align::Right),
-    ]);
-    for (rung, r) in &results.renderings {
-        speed.row([
-            rung.name().to_string(),
-            significant(r.seconds, 3),
-            significant(per(num::u64(fragments), 1) / r.seconds.max(1e-9), 3),
-            significant(per(r.probes, fragments), 3),
-            significant(per(r.texels, fragments), 3),
-        ]);
-    }
-    writeln!(out, "{speed}")?;
-    print_searches(&mut out, results)?;
     print_tiles(&mut out, results)?;
     if let Some(caustics) = &results.caustics {
-        print_caustic(&mut out, caustics)?;
+        writeln!(out, "{}", caustic(caustics))?;
     }
     if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
         writeln!(out, "truth: RMS standard error {} (linear)", significant(error, 3))?;
     }
     if let Some(errors) = &results.registers {
-        let mut table = Table::new(&[
-            ("register (rtl - f64)", Align::Left),
-            ("worst (LSB)", Align::Right),
-            ("mean (LSB)", Align::Right),
-            ("pixel of the worst", Align::Right),
-        ]);
-        for (reg, e) in compared(errors) {
-            let info = reg.info();
-            table.row([
-                format!("{}.{}", info.stage, info.name),
-                significant(e.worst_lsb, 3),
-                significant(e.mean_lsb(), 3),
-                format!("{},{}", e.pixel[0], e.pixel[1]),
-            ]);
-        }
-        writeln!(out, "\n{table}")?;
+        writeln!(out, "\n{}", registers(errors))?;
         writeln!(
             out,
             "{} fragments on another face, {} with another probe count, {} with a probe on another texel: \
@@ -374,11 +313,8 @@ pub(super) fn print_tables(
             count(errors.other_texel)
         )?;
         if errors.other_search > 0 {
-            writeln!(
-                out,
-                "{} rays whose search went another way: not compared at all",
-                count(errors.other_search)
-            )?;
+            let rays = count(errors.other_search);
+            writeln!(out, "{rays} rays whose search went another way: not compared at all")?;
         }
     }
     if let Some(stages) = &results.stages {

@@ -14,10 +14,10 @@ use crate::conformance::check::Difference;
 use crate::conformance::gpu;
 use crate::conformance::run::{self, Engine, Outcome, Runner};
 use crate::conformance::suite::{CASES, Suite, matches};
-use crate::conformance::text;
+use crate::conformance::text as vector;
 use crate::error::InputError;
 use crate::gpu::Gpu;
-use crate::report::table::{Align, Table};
+use crate::report::table::{Table, given, text, value, whole};
 use crate::unit::file;
 
 #[derive(Debug, clap::Args)]
@@ -195,52 +195,29 @@ fn report(
     skipped: &[(Engine, String)],
     target: JsonTarget,
 ) -> Result<(), Failure> {
-    let mut rows = Vec::new();
-    let mut table = Table::new(&[
-        ("suite", Align::Left),
-        ("cases", Align::Right),
-        ("failed", Align::Right),
-        ("first difference", Align::Left),
-    ]);
-    let (mut failed, mut judged) = (0, 0);
+    let failed: Vec<_> =
+        suites.iter().zip(outcomes).filter(|(_, outcome)| outcome.failure.is_some()).collect();
     for (suite, outcome) in suites.iter().zip(outcomes) {
-        let name = suite.name();
-        judged += outcome.judged;
         if let Some(why) = outcome.vacuous {
-            super::note(&format!("{name}: {why}: the comparison shows little"));
+            super::note(&format!("{}: {why}: the comparison shows little", suite.name()));
         }
-        let mut row = json!({
-            "suite": name, "cases": outcome.cases, "failed": outcome.failed, "judged": outcome.judged,
-            "vacuous": outcome.vacuous,
-        });
         if let Some(failure) = &outcome.failure {
-            failed += 1;
-            let folder = args.out.join(name.replace('/', "-"));
-            keep(&folder, suite, failure, args.seed)?;
-            let place = format!(
-                "case {} on {}: {}",
-                failure.index,
-                failure.engine.name(),
-                failure.difference.text()
-            );
-            row["failure"] = json!({
-                "index": failure.index, "engine": failure.engine.name(), "stage": failure.difference.stage.name(),
-                "field": failure.difference.field, "folder": folder.display().to_string(),
-            });
-            table.row([name, outcome.cases.to_string(), outcome.failed.to_string(), place]);
+            keep(&folder(args, suite), suite, failure, args.seed)?;
         }
-        rows.push(row);
     }
     let names: Vec<&str> = engines.iter().map(|e| e.name()).collect();
     let value: Value = json!({
-        "version": env!("CARGO_PKG_VERSION"), "seed": args.seed, "engines": names, "suites": rows,
+        "version": env!("CARGO_PKG_VERSION"), "seed": args.seed, "engines": names,
+        "suites": table(args, suites.iter().zip(outcomes)).json(),
         "skipped": skipped.iter().map(|(e, why)| json!({"engine": e.name(), "why": why})).collect::<Vec<_>>(),
     });
+    let judged: u64 = outcomes.iter().map(|o| o.judged).sum();
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
-        if failed > 0 {
-            writeln!(out, "{table}")?;
+        if !failed.is_empty() {
+            writeln!(out, "{}", table(args, failed.iter().copied()))?;
         }
+        let failed = failed.len();
         let cases: u64 = outcomes.iter().map(|o| o.cases).sum();
         writeln!(
             out,
@@ -255,13 +232,38 @@ fn report(
         }
     }
     target.write(&value)?;
-    if failed > 0 {
-        return Err(Failure::Disagrees(format!(
-            "{failed} suites failed; see {}",
-            args.out.display()
-        )));
+    if failed.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let (failed, out) = (failed.len(), args.out.display());
+    Err(Failure::Disagrees(format!("{failed} suites failed; see {out}")))
+}
+
+/// The folder of a failed case of a suite.
+fn folder(args: &Args, suite: &Suite) -> PathBuf {
+    args.out.join(suite.name().replace('/', "-"))
+}
+
+/// What came of suites, with the first difference of those that failed.
+fn table<'a>(args: &Args, of: impl Iterator<Item = (&'a Suite, &'a Outcome)>) -> Table {
+    Table::of(
+        of,
+        &[
+            ("suite", "suite", &|(suite, _)| text(suite.name())),
+            ("cases", "cases", &|(_, o)| whole(o.cases)),
+            ("failed", "failed", &|(_, o)| whole(o.failed)),
+            ("", "judged", &|(_, o)| value(o.judged)),
+            ("", "vacuous", &|(_, o)| value(o.vacuous)),
+            ("first difference", "failure", &|(suite, o)| {
+                let Some(f) = &o.failure else { return given(None::<Value>) };
+                let (engine, difference) = (f.engine.name(), &f.difference);
+                text(format!("case {} on {engine}: {}", f.index, difference.text())).with(json!({
+                    "index": f.index, "engine": engine, "stage": difference.stage.name(),
+                    "field": difference.field, "folder": folder(args, suite).display().to_string(),
+                }))
+            }),
+        ],
+    )
 }
 
 /// Writes a failed case's folder.
@@ -292,7 +294,7 @@ fn keep(folder: &Path, suite: &Suite, failure: &run::Failure, seed: u64) -> Resu
     let shape = model.shape().clone();
     let output = runner.output(&original);
     let line =
-        |input: &[i64], output: &[i64]| text::line(&shape, text::Format::Jsonl, input, output);
+        |input: &[i64], output: &[i64]| vector::line(&shape, vector::Format::Jsonl, input, output);
     let (index, name) = (failure.index, suite.name());
     write("unit.toml", file::to_toml(&spec))?;
     write("case.jsonl", format!("{}\n", line(&original, &output)))?;

@@ -5,18 +5,17 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use rtl_model::unit::Needs;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Failure;
 use super::args::UnitArgs;
 use super::output::{JsonTarget, Origin};
 use crate::error::InputError;
-use crate::report::table::{Align, Table, count, fixed};
+use crate::report::table::{Table, grouped, missing, places, text, value, whole};
 use crate::scene::SCENES;
 use crate::scene::hit::is_hit_scene;
 use crate::scene::tex::is_tex_scene;
 use crate::stage::Stage;
-use crate::study::cost::gates::Parts;
 use crate::study::cost::{CostModel, Operation, Sheet};
 use crate::study::known_scenes;
 
@@ -65,10 +64,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             if !target.takes_stdout() {
                 print(&model, &sheet)?;
             }
-            let mut root = Origin::new(&spec).json();
-            root.insert("scene".into(), json!(scene));
-            root.extend(sheet_json(&model, &sheet));
-            target.write(&Value::Object(root))
+            let mut stages = table(&model, &sheet).json();
+            let total = stages.pop();
+            target.write(&Origin::new(&spec).object(json!({
+                "scene": scene, "stages": stages, "total": total, "unmodelled": sheet.unmodelled,
+            })))
         }
     }
 }
@@ -95,67 +95,53 @@ fn operation(scene: &str) -> Result<Operation, InputError> {
     }
 }
 
-fn numbers(model: &CostModel, parts: &Parts) -> [f64; 5] {
-    #[expect(clippy::cast_precision_loss, reason = "counts of bits")]
-    let bits = [parts.rom_bits, parts.register_bits].map(|n| n as f64);
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
-    let multipliers = parts.multiplier_count() as f64;
-    [multipliers, parts.logic(&model.cells), bits[0], bits[1], parts.gates(&model.cells)]
+#[expect(clippy::cast_precision_loss, reason = "counts")]
+fn number(n: u64) -> f64 {
+    n as f64
+}
+
+/// What each stage costs, and at the end all of them.
+fn table(model: &CostModel, sheet: &Sheet) -> Table {
+    let total = sheet.total();
+    let rows = sheet.stages.iter().map(|(stage, parts)| (stage.name(), parts));
+    Table::of(
+        rows.chain([("all", &total)]),
+        &[
+            ("stage", "stage", &|(name, _)| text(name)),
+            ("multipliers", "multipliers", &|(_, p)| places(number(p.multiplier_count()), 0)),
+            ("widest (bits)", "", &|(_, p)| {
+                let widest = p.multipliers.iter().max_by_key(|([a, b], _)| a * b);
+                widest.map_or(missing("–"), |([a, b], _)| whole(format!("{a}x{b}")))
+            }),
+            ("", "by_width", &|(_, p)| {
+                let by = p.multipliers.iter().map(|(w, n)| json!({"widths": w, "count": n}));
+                value(by.collect::<Vec<_>>())
+            }),
+            ("", "adder_bits", &|(_, p)| value(p.adder_bits)),
+            ("", "rounding_bits", &|(_, p)| value(p.rounding_bits)),
+            ("", "muxes", &|(_, p)| value(p.muxes)),
+            ("", "zero_count_bits", &|(_, p)| value(p.zero_count_bits)),
+            ("logic (kGE)", "", &|(_, p)| places(p.logic(&model.cells) / 1000.0, 1)),
+            ("tables (bits)", "rom_bits", &|(_, p)| grouped(p.rom_bits).with(number(p.rom_bits))),
+            ("registers (bits)", "register_bits", &|(_, p)| {
+                grouped(p.register_bits).with(number(p.register_bits))
+            }),
+            ("", "logic_gates", &|(_, p)| value(p.logic(&model.cells))),
+            ("all (kGE)", "gates", &|(_, p)| {
+                let gates = p.gates(&model.cells);
+                places(gates / 1000.0, 1).with(gates)
+            }),
+        ],
+    )
 }
 
 /// A sheet for people.
-pub(super) fn print(model: &CostModel, sheet: &Sheet) -> Result<(), Failure> {
-    let mut table = Table::new(&[
-        ("stage", Align::Left),
-        ("multipliers", Align::Right),
-        ("widest (bits)", Align::Right),
-        ("logic (kGE)", Align::Right),
-        ("tables (bits)", Align::Right),
-        ("registers (bits)", Align::Right),
-        ("all (kGE)", Align::Right),
-    ]);
-    let mut row = |name: &str, parts: &Parts| {
-        let [multipliers, logic, ..] = numbers(model, parts);
-        let widest = parts.multipliers.iter().max_by_key(|([a, b], _)| a * b);
-        table.row([
-            name.to_string(),
-            fixed(multipliers, 0),
-            widest.map_or("–".into(), |([a, b], _)| format!("{a}x{b}")),
-            fixed(logic / 1000.0, 1),
-            count(parts.rom_bits),
-            count(parts.register_bits),
-            fixed(parts.gates(&model.cells) / 1000.0, 1),
-        ]);
-    };
-    for (stage, parts) in &sheet.stages {
-        row(stage.name(), parts);
-    }
-    row("all", &sheet.total());
+fn print(model: &CostModel, sheet: &Sheet) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    write!(out, "{table}")?;
+    write!(out, "{}", table(model, sheet))?;
     writeln!(out, "not counted:")?;
     for part in &sheet.unmodelled {
         writeln!(out, "  {part}")?;
     }
     Ok(())
-}
-
-fn sheet_json(model: &CostModel, sheet: &Sheet) -> serde_json::Map<String, Value> {
-    let parts = |name: &str, parts: &Parts| {
-        let [multipliers, logic, rom, registers, gates] = numbers(model, parts);
-        let by_width: Vec<Value> = parts
-            .multipliers
-            .iter()
-            .map(|([a, b], n)| json!({"widths": [a, b], "count": n}))
-            .collect();
-        json!({"stage": name, "multipliers": multipliers, "by_width": by_width, "adder_bits": parts.adder_bits,
-            "rounding_bits": parts.rounding_bits, "muxes": parts.muxes, "zero_count_bits": parts.zero_count_bits,
-            "rom_bits": rom, "register_bits": registers, "logic_gates": logic, "gates": gates})
-    };
-    let stages: Vec<Value> = sheet.stages.iter().map(|(s, p)| parts(s.name(), p)).collect();
-    let mut out = serde_json::Map::new();
-    out.insert("stages".into(), json!(stages));
-    out.insert("total".into(), parts("all", &sheet.total()));
-    out.insert("unmodelled".into(), json!(sheet.unmodelled));
-    out
 }

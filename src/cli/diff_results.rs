@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use super::Failure;
 use super::output::JsonTarget;
 use crate::error::InputError;
-use crate::report::table::{Align, Table, significant};
+use crate::report::table::{Table, digits, missing, significant, text, whole};
 
 /// Largest result file: those of `compare` take some 30 kB.
 const MAX_BYTES: u64 = 64 << 20;
@@ -52,49 +52,42 @@ struct Row {
 pub(super) fn run(a: &Path, b: &Path, target: JsonTarget) -> Result<(), Failure> {
     let files = [load(a)?, load(b)?];
     let rows = rows(&files);
-    let differing: Vec<&Row> = rows.iter().filter(|r| r.values[0] != r.values[1]).collect();
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
-        let mut table = Table::new(&[
-            ("table", Align::Left),
-            ("entry", Align::Left),
-            ("figure", Align::Left),
-            ("A", Align::Right),
-            ("B", Align::Right),
-            ("B - A", Align::Right),
-        ]);
-        for row in &differing {
-            let [x, y] = &row.values;
-            let change = x.as_f64().zip(y.as_f64()).map(|(x, y)| y - x);
-            table.row([
-                row.table,
-                row.name.as_str(),
-                row.figure.as_str(),
-                &shown(x),
-                &shown(y),
-                &change.map_or(String::new(), |c| significant(c, 4)),
-            ]);
-        }
-        if table.is_empty() {
+        let differing = table(rows.iter().filter(|r| r.values[0] != r.values[1]));
+        if differing.is_empty() {
             writeln!(out, "no difference in {} figures", rows.len())?;
         } else {
-            writeln!(out, "{table}\n{} of {} figures differ", differing.len(), rows.len())?;
+            let (some, all) = (differing.len(), rows.len());
+            writeln!(out, "{differing}\n{some} of {all} figures differ")?;
         }
     }
-    let list: Vec<Value> = rows
-        .iter()
-        .map(|r| {
-            json!({"table": r.table, "entry": r.name, "figure": r.figure, "a": r.values[0], "b": r.values[1]})
-        })
-        .collect();
     target.write(&json!({
         "version": env!("CARGO_PKG_VERSION"),
         "a": a.display().to_string(),
         "b": b.display().to_string(),
         "unit_hash": [files[0].get("unit_hash"), files[1].get("unit_hash")],
         "seed": [files[0].get("seed"), files[1].get("seed")],
-        "figures": list,
+        "figures": table(&rows).json(),
     }))
+}
+
+fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
+    let shown = |x: &Value| whole(shown(x)).with(x);
+    Table::of(
+        rows,
+        &[
+            ("table", "table", &|r| text(r.table)),
+            ("entry", "entry", &|r| text(&r.name)),
+            ("figure", "figure", &|r| text(&r.figure)),
+            ("A", "a", &|r| shown(&r.values[0])),
+            ("B", "b", &|r| shown(&r.values[1])),
+            ("B - A", "", &|r| {
+                let [x, y] = [0, 1].map(|i| r.values[i].as_f64());
+                x.zip(y).map_or(missing(""), |(x, y)| digits(y - x, 4))
+            }),
+        ],
+    )
 }
 
 fn load(path: &Path) -> Result<Map<String, Value>, InputError> {

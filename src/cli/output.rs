@@ -48,6 +48,13 @@ impl Origin {
         map.insert("seed".into(), json!(self.seed));
         map
     }
+
+    /// An object with these keys behind the origin's.
+    pub(super) fn object(&self, rest: Value) -> Value {
+        let mut map = self.json();
+        map.extend(rest.as_object().cloned().into_iter().flatten());
+        Value::Object(map)
+    }
 }
 
 /// Kinds of picture file.

@@ -14,7 +14,7 @@ use super::study::scene;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::report::metrics::Pair;
-use crate::report::table::{Align, Table, fixed};
+use crate::report::table::{Table, fixed, places, text, value, whole};
 use crate::study::bench::Bench;
 use crate::study::cost::{CostModel, Operation, Sheet};
 use crate::study::plan::Place;
@@ -199,6 +199,49 @@ fn check_command(args: &Args) -> String {
     out
 }
 
+/// What the unit for all operations, for the scene and the sized one cost.
+fn costs(sheets: &[Sheet; 3], cost: &CostModel) -> Table {
+    let names = ["all operations", "built for the scene", "sized"];
+    Table::of(
+        names.into_iter().zip(sheets.iter().map(Sheet::total)),
+        &[
+            ("cost", "", &|(name, _)| text(name)),
+            ("", "gates", &|(_, t)| value(t.gates(&cost.cells))),
+            ("logic (kGE)", "logic_gates", &|(_, t)| {
+                let gates = t.logic(&cost.cells);
+                places(gates / 1000.0, 1).with(gates)
+            }),
+            ("tables (bits)", "rom_bits", &|(_, t)| whole(t.rom_bits)),
+            ("registers (bits)", "register_bits", &|(_, t)| whole(t.register_bits)),
+            ("all (kGE)", "", &|(_, t)| places(t.gates(&cost.cells) / 1000.0, 1)),
+        ],
+    )
+}
+
+fn integers(found: &Found) -> Table {
+    Table::of(
+        &found.integers,
+        &[
+            ("integer bits", "register", &|(name, _)| text(name)),
+            ("before", "before", &|(_, v)| whole(v[0])),
+            ("needed", "needed", &|(_, v)| whole(v[1])),
+            ("sized", "sized", &|(_, v)| whole(v[2])),
+        ],
+    )
+}
+
+fn knobs(found: &Found) -> Table {
+    Table::of(
+        &found.knobs,
+        &[
+            ("word or table", "path", &|k| text(&k.path)),
+            ("before", "before", &|k| whole(k.values[0])),
+            ("sized", "sized", &|k| whole(k.values[1])),
+            ("one step less", "one_step_less", &|k| text(shorter(&k.shorter))),
+        ],
+    )
+}
+
 fn print(
     args: &Args,
     found: &Found,
@@ -218,62 +261,18 @@ fn print(
     writeln!(out, "before: {}", verdict(&found.before))?;
     writeln!(out, "sized:  {}", verdict(&found.pair))?;
     writeln!(out, "{} units in {} rounds, {} s\n", found.trials, found.rounds, fixed(seconds, 1))?;
-    let mut table = Table::new(&[
-        ("cost", Align::Left),
-        ("logic (kGE)", Align::Right),
-        ("tables (bits)", Align::Right),
-        ("registers (bits)", Align::Right),
-        ("all (kGE)", Align::Right),
-    ]);
-    for (name, sheet) in ["all operations", "built for the scene", "sized"].iter().zip(sheets) {
-        let total = sheet.total();
-        table.row([
-            (*name).to_string(),
-            fixed(total.logic(&cost.cells) / 1000.0, 1),
-            total.rom_bits.to_string(),
-            total.register_bits.to_string(),
-            fixed(total.gates(&cost.cells) / 1000.0, 1),
-        ]);
-    }
-    writeln!(out, "{table}")?;
+    writeln!(out, "{}", costs(sheets, cost))?;
     if !found.trimmed.is_empty() {
         writeln!(out, "limits that the scene does not reach:")?;
         for (path, before, after) in &found.trimmed {
             writeln!(out, "  {path} {before} -> {after}")?;
         }
     }
-    let mut table = Table::new(&[
-        ("integer bits", Align::Left),
-        ("before", Align::Right),
-        ("needed", Align::Right),
-        ("sized", Align::Right),
-    ]);
-    for (name, values) in &found.integers {
-        table.row([
-            name.clone(),
-            values[0].to_string(),
-            values[1].to_string(),
-            values[2].to_string(),
-        ]);
+    let integers = integers(found);
+    if !integers.is_empty() {
+        writeln!(out, "{integers}")?;
     }
-    if !table.is_empty() {
-        writeln!(out, "{table}")?;
-    }
-    let mut table = Table::new(&[
-        ("word or table", Align::Left),
-        ("before", Align::Right),
-        ("sized", Align::Right),
-        ("one step less", Align::Left),
-    ]);
-    for knob in &found.knobs {
-        table.row([
-            knob.path.clone(),
-            knob.values[0].to_string(),
-            knob.values[1].to_string(),
-            shorter(&knob.shorter),
-        ]);
-    }
-    write!(out, "{table}")?;
+    write!(out, "{}", knobs(found))?;
     writeln!(out, "check: {}", check_command(args))?;
     Ok(())
 }
@@ -300,44 +299,26 @@ fn to_json(
     cost: &CostModel,
     seconds: f64,
 ) -> Value {
-    let mut root = Origin::new(&found.spec).json();
-    let cost_of = |sheet: &Sheet| {
-        let total = sheet.total();
-        json!({"gates": total.gates(&cost.cells), "logic_gates": total.logic(&cost.cells), "rom_bits": total.rom_bits, "register_bits": total.register_bits})
-    };
-    root.insert("scene".into(), json!(args.scene));
-    root.insert("size".into(), json!([args.size.0, args.size.1]));
-    root.insert(
-        "bound".into(),
-        json!({"max_lsb8": args.max_lsb8, "psnr_db": args.psnr, "share": args.share}),
-    );
-    root.insert("before".into(), json!({"pair": found.before.to_json("rtl", "f64"), "cost": cost_of(&sheets[1]), "all_operations": cost_of(&sheets[0])}));
-    root.insert(
-        "sized".into(),
-        json!({"pair": found.pair.to_json("rtl", "f64"), "cost": cost_of(&sheets[2])}),
-    );
-    root.insert("trials".into(), json!(found.trials));
-    root.insert("rounds".into(), json!(found.rounds));
-    root.insert("seconds".into(), json!(seconds));
-    let knobs: Vec<Value> = found
-        .knobs
-        .iter()
-        .map(|k| json!({"path": k.path, "before": k.values[0], "sized": k.values[1], "one_step_less": shorter(&k.shorter)}))
-        .collect();
-    root.insert("knobs".into(), json!(knobs));
-    let integers: Vec<Value> = found
-        .integers
-        .iter()
-        .map(|(name, v)| json!({"register": name, "before": v[0], "needed": v[1], "sized": v[2]}))
-        .collect();
-    root.insert("integers".into(), json!(integers));
+    let pair = |pair: &Pair| pair.to_json("rtl", "f64");
+    let [all, before, sized] = [0, 1, 2].map(|i| costs(sheets, cost).json().swap_remove(i));
     let trimmed: Vec<Value> = found
         .trimmed
         .iter()
         .map(|(path, a, b)| json!({"path": path, "before": a, "sized": b}))
         .collect();
-    root.insert("trimmed".into(), json!(trimmed));
-    root.insert("check".into(), json!(check_command(args)));
-    root.insert("unit".into(), unit_json(&found.spec));
-    Value::Object(root)
+    Origin::new(&found.spec).object(json!({
+        "scene": args.scene,
+        "size": args.size,
+        "bound": {"max_lsb8": args.max_lsb8, "psnr_db": args.psnr, "share": args.share},
+        "before": {"pair": pair(&found.before), "cost": before, "all_operations": all},
+        "sized": {"pair": pair(&found.pair), "cost": sized},
+        "trials": found.trials,
+        "rounds": found.rounds,
+        "seconds": seconds,
+        "knobs": knobs(found).json(),
+        "integers": integers(found).json(),
+        "trimmed": trimmed,
+        "check": check_command(args),
+        "unit": unit_json(&found.spec),
+    }))
 }

@@ -13,9 +13,10 @@ use serde_json::json;
 use super::Failure;
 use super::args::UnitArgs;
 use super::output::{JsonTarget, Origin, unit_json};
+use crate::engine::rtl::overflow_name;
 use crate::error::InputError;
-use crate::report::table::{Align, Table, significant};
-use crate::unit::bounds::{self, Bound};
+use crate::report::table::{Table, digits, text, whole};
+use crate::unit::bounds;
 use crate::unit::file::{self, Origins};
 use crate::unit::{UnitSpec, check, refused};
 
@@ -78,10 +79,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                     "unit {hash}: {registers} register bits, {tables} table bits"
                 )?;
             }
-            let mut root = Origin::new(&spec).json();
-            root.insert("register_bits".into(), json!(registers));
-            root.insert("table_bits".into(), json!(tables));
-            target.write(&serde_json::Value::Object(root))
+            target.write(&Origin::new(&spec).object(json!({
+                "register_bits": registers, "table_bits": tables,
+            })))
         }
         Action::Show { file, toml, json, unit } => {
             let (spec, _) = merge(file.as_ref(), unit)?;
@@ -99,63 +99,61 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                     show(&spec)?;
                 }
             }
-            let mut root = Origin::new(&spec).json();
-            root.insert("unit".into(), unit_json(&spec));
-            root.insert("register_bits".into(), json!(register_bits(&spec.config)));
-            root.insert("table_bits".into(), json!(table_bits(&spec.config)?));
             let events: Vec<&str> = Event::ALL.iter().map(|e| e.name()).collect();
-            root.insert("events".into(), json!(events));
-            let bounds: Vec<_> = bounds::bounds(&spec.config)
-                .iter()
-                .map(|b| json!({"name": b.name, "bound": b.bound, "holds": b.holds}))
-                .collect();
-            root.insert("bounds".into(), json!(bounds));
-            target.write(&serde_json::Value::Object(root))
+            target.write(&Origin::new(&spec).object(json!({
+                "unit": unit_json(&spec),
+                "register_bits": register_bits(&spec.config),
+                "table_bits": table_bits(&spec.config)?,
+                "events": events,
+                "bounds": bounds(&spec).json(),
+            })))
         }
     }
+}
+
+fn bounds(spec: &UnitSpec) -> Table {
+    Table::of(
+        bounds::bounds(&spec.config),
+        &[
+            ("bound of rtl against exact arithmetic", "name", &|b| text(b.name)),
+            ("|error|", "bound", &|b| digits(b.bound, 3)),
+            ("where it holds", "holds", &|b| text(b.holds)),
+        ],
+    )
 }
 
 fn show(spec: &UnitSpec) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "tapline {}, unit {}\n", env!("CARGO_PKG_VERSION"), spec.hash())?;
     let defaults = UnitSpec::default().knobs();
-    let mut table = Table::new(&[
-        ("path", Align::Left),
-        ("value", Align::Left),
-        ("default", Align::Left),
-        ("legal", Align::Left),
-        ("honoured by", Align::Left),
-        ("meaning", Align::Left),
-    ]);
-    for (knob, default) in spec.knobs().iter().zip(&defaults) {
-        table.row([
-            knob.path.clone(),
-            knob.value.to_string(),
-            default.value.to_string(),
-            knob.legal.clone(),
-            if knob.all_engines { "all engines" } else { "rtl" }.into(),
-            knob.meaning.clone(),
-        ]);
-    }
-    writeln!(out, "{table}")?;
-    let mut words = Table::new(&[
-        ("register", Align::Left),
-        ("components", Align::Right),
-        ("bits", Align::Right),
-        ("kind", Align::Left),
-        ("flag", Align::Left),
-    ]);
-    for reg in Reg::ALL {
-        let info = reg.info();
-        let block = info.kind == Kind::Block;
-        words.row([
-            format!("{}.{}", info.stage, info.name),
-            info.components.to_string(),
-            spec.config.format(*reg).width().to_string(),
-            if block { "block: shared exponent" } else { "fixed" }.into(),
-            if block { "-".into() } else { crate::engine::rtl::overflow_name(&spec.config, *reg) },
-        ]);
-    }
+    let knobs = Table::of(
+        spec.knobs().iter().zip(&defaults),
+        &[
+            ("path", "", &|(k, _)| text(&k.path)),
+            ("value", "", &|(k, _)| text(&k.value)),
+            ("default", "", &|(_, default)| text(&default.value)),
+            ("legal", "", &|(k, _)| text(&k.legal)),
+            ("honoured by", "", &|(k, _)| text(if k.all_engines { "all engines" } else { "rtl" })),
+            ("meaning", "", &|(k, _)| text(&k.meaning)),
+        ],
+    );
+    writeln!(out, "{knobs}")?;
+    let words = Table::of(
+        Reg::ALL.iter().map(|reg| (*reg, reg.info())),
+        &[
+            ("register", "", &|(_, info)| text(format!("{}.{}", info.stage, info.name))),
+            ("components", "", &|(_, info)| whole(info.components)),
+            ("bits", "", &|(reg, _)| whole(spec.config.format(*reg).width())),
+            ("kind", "", &|(_, info)| match info.kind {
+                Kind::Block => text("block: shared exponent"),
+                Kind::Fixed => text("fixed"),
+            }),
+            ("flag", "", &|(reg, info)| match info.kind {
+                Kind::Block => text("-"),
+                Kind::Fixed => text(overflow_name(&spec.config, *reg)),
+            }),
+        ],
+    );
     writeln!(out, "{words}")?;
     writeln!(
         out,
@@ -165,15 +163,7 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
     )?;
     let events: Vec<&str> = Event::ALL.iter().map(|e| e.name()).collect();
     writeln!(out, "events: {}\n", events.join(" "))?;
-    let mut table = Table::new(&[
-        ("bound of rtl against exact arithmetic", Align::Left),
-        ("|error|", Align::Right),
-        ("where it holds", Align::Left),
-    ]);
-    for Bound { name, bound, holds } in bounds::bounds(&spec.config) {
-        table.row([name.to_string(), significant(bound, 3), holds.to_string()]);
-    }
-    writeln!(out, "{table}")?;
+    writeln!(out, "{}", bounds(spec))?;
     Ok(())
 }
 

@@ -1,10 +1,14 @@
-//! Aligned text tables for terminals.
+//! Results as titled, typed cells: a table for a terminal and JSON for programs come from the same columns.
 //!
 //! Units stand in the column headers, numbers are right-aligned, columns are two spaces apart.
 //! No colour and no line drawing: the output pastes into a bug report as it is.
 
-use crate::base::num;
 use std::fmt;
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::base::num;
 
 /// On which side a column's cells end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,15 +19,124 @@ pub enum Align {
     Right,
 }
 
+/// What stands in one column of one row: the text that people read, and the value that programs read.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    shown: String,
+    /// None: the row's object lacks the key.
+    value: Option<Value>,
+    align: Align,
+}
+
+impl Cell {
+    fn new(shown: String, value: impl Serialize, align: Align) -> Self {
+        Self { shown: clean(&shown), value: Some(json!(value)), align }
+    }
+
+    /// The same text over another value: a share that people read in per cent.
+    #[must_use]
+    pub fn with(self, value: impl Serialize) -> Self {
+        Self { value: Some(json!(value)), ..self }
+    }
+}
+
+/// A text.
+#[must_use]
+pub fn text(text: impl ToString) -> Cell {
+    let text = text.to_string();
+    Cell::new(text.clone(), text, Align::Left)
+}
+
+/// A whole number, or whatever else stands on the right as it is printed.
+#[must_use]
+pub fn whole(number: impl ToString + Serialize) -> Cell {
+    Cell::new(number.to_string(), number, Align::Right)
+}
+
+/// A count with thin groups of three digits, as [`count`] prints it.
+#[must_use]
+pub fn grouped(number: u64) -> Cell {
+    Cell::new(count(number), number, Align::Right)
+}
+
+/// A number with so many [`significant`] digits.
+#[must_use]
+pub fn digits(value: f64, digits: usize) -> Cell {
+    Cell::new(significant(value, digits), value, Align::Right)
+}
+
+/// A number with a [`fixed`] count of decimals.
+#[must_use]
+pub fn places(value: f64, decimals: usize) -> Cell {
+    Cell::new(fixed(value, decimals), value, Align::Right)
+}
+
+/// What stands where a number is missing: null for programs.
+#[must_use]
+pub fn missing(shown: &str) -> Cell {
+    Cell::new(shown.into(), Value::Null, Align::Right)
+}
+
+/// A value for programs alone.
+#[must_use]
+pub fn value(value: impl Serialize) -> Cell {
+    Cell::new(String::new(), value, Align::Right)
+}
+
+/// A value for programs alone; where there is none, the object lacks the key.
+#[must_use]
+pub fn given(value: Option<impl Serialize>) -> Cell {
+    Cell { shown: String::new(), value: value.map(|v| json!(v)), align: Align::Right }
+}
+
+/// A column: its title in tables, its key in JSON, and its cell of a row.
+///
+/// A column without a title is in no table, one without a key in no JSON.
+pub type Column<'a, T> = (&'a str, &'a str, &'a dyn Fn(&T) -> Cell);
+
 /// A table: a header and rows of the same number of cells.
 #[derive(Clone, Debug)]
 pub struct Table {
     align: Vec<Align>,
     header: Vec<String>,
     rows: Vec<Vec<String>>,
+    objects: Vec<Value>,
 }
 
 impl Table {
+    /// One row for each item, with these columns; a column with a text in it is left-aligned.
+    #[must_use]
+    pub fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
+        let shown = || columns.iter().filter(|(title, ..)| !title.is_empty());
+        let header = shown().map(|(title, ..)| clean(title.trim())).collect();
+        let align = vec![Align::Right; shown().count()];
+        let mut table = Self { align, header, rows: Vec::new(), objects: Vec::new() };
+        for item in items {
+            let (mut row, mut object) = (Vec::new(), Map::new());
+            for (title, key, cell) in columns {
+                let Cell { shown, value, align } = cell(&item);
+                if !title.is_empty() {
+                    if align == Align::Left {
+                        table.align[row.len()] = Align::Left;
+                    }
+                    row.push(shown);
+                }
+                if let (false, Some(value)) = (key.is_empty(), value) {
+                    object.insert((*key).into(), value);
+                }
+            }
+            table.rows.push(row);
+            table.objects.push(Value::Object(object));
+        }
+        table
+    }
+
+    /// One JSON object a row.
+    #[must_use]
+    pub fn json(self) -> Vec<Value> {
+        self.objects
+    }
+
     /// A table with these columns; a title carries its unit: `PSNR (dB)`.
     #[must_use]
     pub fn new(columns: &[(&str, Align)]) -> Self {
@@ -31,6 +144,7 @@ impl Table {
             align: columns.iter().map(|&(_, align)| align).collect(),
             header: columns.iter().map(|&(title, _)| clean(title)).collect(),
             rows: Vec::new(),
+            objects: Vec::new(),
         }
     }
 
@@ -43,6 +157,12 @@ impl Table {
         let mut row: Vec<String> = cells.into_iter().map(|cell| clean(cell.as_ref())).collect();
         row.resize(self.header.len(), String::new());
         self.rows.push(row);
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows.len()
     }
 
     /// Whether no row was added.
@@ -143,6 +263,28 @@ mod tests {
         assert_eq!(
             table.to_string(),
             "pair     PSNR (dB)  note\nrtl-f64      54.20\nλ1-λ2          8.1  µ\n"
+        );
+    }
+
+    #[test]
+    fn a_table_and_its_objects_come_from_the_same_columns() {
+        let table = Table::of(
+            [("eigen", 0.25, None), ("hit", 1234.5, Some(3u64))],
+            &[
+                ("stage", "stage", &|(name, ..)| text(name)),
+                ("share (%)", "share", &|(_, x, _)| places(100.0 * x, 1).with(x)),
+                ("n", "", &|(.., n)| n.map_or(missing("-"), grouped)),
+                ("", "count", &|(.., n)| given(*n)),
+            ],
+        );
+        assert_eq!(table.len(), 2);
+        assert_eq!(
+            table.to_string(),
+            "stage  share (%)  n\neigen       25.0  -\nhit     123450.0  3\n"
+        );
+        assert_eq!(
+            json!(table.json()),
+            json!([{"stage": "eigen", "share": 0.25}, {"stage": "hit", "share": 1234.5, "count": 3}])
         );
     }
 
