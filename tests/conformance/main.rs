@@ -5,8 +5,5 @@
 )]
 
 mod budget;
-#[path = "../cli_support/mod.rs"]
-mod cli_support;
-mod command;
 mod mutants;
 mod vectors;

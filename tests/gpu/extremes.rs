@@ -9,7 +9,8 @@ use tapline::gpu::Gpu;
 use tapline::reference::{Env, NoTap, Prepared, Texture, env};
 use tapline::settings::Settings;
 
-use crate::support::{PLAIN, assert_explained, noisy_cube, numbered, on_gpu};
+use crate::checks::{PLAIN, assert_explained, noisy_cube, numbered};
+use support::gpu::on_gpu;
 
 /// The names of flags that a device may add: it left its range.
 const OWN: [&str; 3] = ["gpu.overflow", "gpu.input.saturated", "gpu.input.underflow"];

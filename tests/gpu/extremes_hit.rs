@@ -9,7 +9,8 @@ use tapline::gpu::Gpu;
 use tapline::policy::{HitPolicy, HitStatus, Method, Outside};
 use tapline::settings::Settings;
 
-use crate::support::{assert_explained, compared, noisy_cube, on_gpu};
+use crate::checks::{assert_explained, compared, noisy_cube};
+use support::gpu::on_gpu;
 
 const ROOM: Distance = Distance::Box([4.0, 3.0, 2.5]);
 
@@ -182,7 +183,7 @@ fn a_room_s_registers_are_compared_one_by_one() {
         let mut next = 1usize;
         let mut number = || {
             next += 1;
-            f64::from(crate::support::noise(next)) - 0.5
+            f64::from(crate::checks::noise(next)) - 0.5
         };
         let rays: Vec<([u32; 2], HitFragment)> = (0..500)
             .map(|i| {

@@ -8,7 +8,8 @@ use tapline::policy::{ConeGradient, ConeRules, SetDiffuse, TexPolicy, Wrap};
 use tapline::reference::ray_cone::{Angle, Cone, Step, Width};
 use tapline::settings::Settings;
 
-use crate::support::{assert_explained, compared, noise, on_gpu};
+use crate::checks::{assert_explained, compared, noise};
+use support::gpu::on_gpu;
 
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 const S: [f64; 3] = [2.0, 0.0, 0.0];

@@ -1,7 +1,8 @@
 //! Extremes of what the ENV operation reads on the device: faces, edges, corners, sizes and texels.
 
+use crate::checks::{PLAIN, noisy_cube};
 use crate::extremes::{agree, bent, extreme, run};
-use crate::support::{PLAIN, noisy_cube, on_gpu};
+use support::gpu::on_gpu;
 use tapline::fragment::Fragment;
 use tapline::settings::Settings;
 

@@ -4,13 +4,11 @@
 //! `TAPLINE_REQUIRE_GPU` is 1.
 #![expect(clippy::float_cmp, reason = "infinities, and what is exact by construction")]
 
+mod checks;
 mod extremes;
 mod extremes_hit;
 mod extremes_tex;
 mod extremes_texture;
-#[path = "../gpu_support/mod.rs"]
-mod gpu_support;
+mod fingerprint;
 mod policies;
-mod scenes;
 mod shaders;
-mod support;

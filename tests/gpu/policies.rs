@@ -16,7 +16,8 @@ use tapline::policy::{
 use tapline::reference::{NoTap, Prepared, Texture, env};
 use tapline::settings::Settings;
 
-use crate::support::{assert_explained, noise, noisy_cube, numbered, on_gpu};
+use crate::checks::{assert_explained, noise, noisy_cube, numbered};
+use support::gpu::on_gpu;
 
 fn fragments() -> Vec<Fragment> {
     let mut next = 100usize;

@@ -1,6 +1,6 @@
 //! A unit that runs from kept results gives the bits of a lone run.
 
-use crate::knob_support::others;
+use support::knobs::others;
 use tapline::cube::CubeMap;
 use tapline::engine::hit_subject::HitSubject;
 use tapline::engine::rtl::RtlEngine;

@@ -1,0 +1,169 @@
+//! Output files: whole or not at all, whatever ends the run.
+
+use crate::run::{names, tapline, tapline_in};
+
+#[test]
+fn a_bad_output_path_fails_at_once_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "x").unwrap();
+    // 16384x4096 pixels would take minutes.
+    let big = ["--size", "16384x4096"];
+    for args in [
+        &["compare", "sphere", "--json", "none/x.json", "--out", "new/deep"][..],
+        &["compare", "sphere", "--json", ".", "--out", "new"],
+        &["compare", "sphere", "--out", "file"],
+        &["compare", "sphere", "--out", "file/deep"],
+        &["render", "sphere", "--engine", "rtl", "-o", "none/x.png"],
+        &["render", "sphere", "--engine", "rtl", "-o", "."],
+        &["render", "sphere", "--engine", "rtl", "-o", "x.jpg"],
+        &["render", "sphere", "--engine", "rtl", "-o", ""],
+    ] {
+        let mut args = args.to_vec();
+        args.extend(big);
+        let ran = tapline_in(folder.path(), &args);
+        ran.refused(&[]);
+        assert!(!ran.stderr.contains(".tmp"), "{}", ran.stderr);
+        assert_eq!(names(folder.path()), ["file"], "{args:?}");
+    }
+}
+
+#[test]
+fn a_run_that_fails_later_leaves_nothing_and_keeps_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("old")).unwrap();
+    std::fs::write(folder.path().join("old/rtl.png"), "mine").unwrap();
+    for out in ["old", "new/deep"] {
+        tapline_in(
+            folder.path(),
+            &["compare", "sphere", "--env", "none.exr", "--out", out, "--json", "x.json"],
+        )
+        .refused(&["none.exr"]);
+        tapline_in(folder.path(), &["compare", "nosuch", "--out", out]).refused(&["nosuch"]);
+    }
+    assert_eq!(names(folder.path()), ["old"]);
+    assert_eq!(names(&folder.path().join("old")), ["rtl.png"]);
+    assert_eq!(std::fs::read(folder.path().join("old/rtl.png")).unwrap(), b"mine");
+}
+
+#[test]
+fn other_files_of_the_output_folder_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("o");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("notes.txt"), "mine").unwrap();
+    let args = [
+        "compare",
+        "sphere",
+        "--size",
+        "8x8",
+        "--engines",
+        "rtl,f64",
+        "--out",
+        "o",
+        "--json",
+        "o/r.json",
+    ];
+    for _ in 0..2 {
+        tapline_in(folder.path(), &args).done();
+    }
+    assert_eq!(
+        names(&out),
+        [
+            "f64.exr",
+            "f64.png",
+            "notes.txt",
+            "r.json",
+            "report.html",
+            "row.png",
+            "rtl-f64.png",
+            "rtl.exr",
+            "rtl.png"
+        ]
+    );
+    // The JSON file may lie in a folder that the run makes.
+    let args = [
+        "compare",
+        "sphere",
+        "--size",
+        "8x8",
+        "--engines",
+        "rtl",
+        "--out",
+        "n/m",
+        "--json",
+        "n/m/r.json",
+    ];
+    tapline_in(folder.path(), &args).done();
+    assert!(folder.path().join("n/m/r.json").exists());
+}
+
+#[test]
+fn an_output_may_replace_its_own_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| tapline_in(folder.path(), args).done();
+    run(&["render", "sphere", "--engine", "rtl", "--size", "32x16", "-o", "a.png"]);
+    run(&[
+        "render", "sphere", "--engine", "rtl", "--size", "32x16", "--env", "a.png", "-o", "a.png",
+    ]);
+    run(&["diff", "a.png", "a.png", "--out", "a.png"]);
+    assert_eq!(names(folder.path()), ["a.png"]);
+    tapline(&["unit", "check"]).done();
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_an_error_and_not_a_panic() {
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
+    for args in [
+        &["unit", "show"][..],
+        &["scenes"],
+        &["tables", "show", "log2"],
+        &["scenes", "--json", "-"],
+    ] {
+        let output = crate::run::command().args(args).stdout(full()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("output: expected"));
+    }
+    tapline(&["scenes", "--json", "/dev/full"]).refused(&["/dev/full"]);
+    let output = crate::run::command().args(["compare", "nosuch"]).stderr(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_signal_ends_the_run_and_no_temporary_stays() {
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::time::{Duration, Instant};
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let mask = status.lines().find_map(|l| l.strip_prefix("SigIgn:")).unwrap();
+    let mask = u64::from_str_radix(mask.trim(), 16).unwrap();
+    for (name, number) in [("INT", 2), ("TERM", 15), ("HUP", 1)] {
+        if mask >> (number - 1) & 1 == 1 {
+            eprintln!("not checked: SIG{name}, which this shell ignores");
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("keep"), "x").unwrap();
+        let mut child = crate::run::command()
+            .args(["compare", "sphere", "--size", "1024x1024", "--out", "a/b", "--json", "r.json"])
+            .current_dir(folder.path())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let start = Instant::now();
+        // All temporaries are made once that of the JSON file is there.
+        while !names(folder.path()).iter().any(|n| n.ends_with(".tmp")) {
+            assert!(start.elapsed() < Duration::from_secs(20), "no temporary yet");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(names(&folder.path().join("a/b")).len() > 10);
+        let sent = std::process::Command::new("sh")
+            .args(["-c", &format!("kill -{name} {}", child.id())])
+            .status();
+        assert!(sent.unwrap().success());
+        let ended = child.wait().unwrap();
+        assert_eq!(ended.signal(), Some(number), "{ended:?}");
+        assert_eq!(names(folder.path()), ["keep"], "SIG{name}");
+    }
+}

@@ -1,0 +1,4 @@
+//! Tables, worked examples and printed outputs of the documents are what the code does.
+
+mod examples;
+mod registers;

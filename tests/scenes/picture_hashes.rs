@@ -1,0 +1,70 @@
+//! Hashes of every built-in scene's picture: the same on every machine, in debug and release.
+
+use std::fmt::Write as _;
+use support::golden;
+
+use tapline::base::hash::hash_text;
+use tapline::engine::Engine;
+use tapline::engine::float::F64Engine;
+use tapline::engine::hit::HitRtl;
+use tapline::engine::hit_subject::HitSubject;
+use tapline::report::hash::picture_hash;
+use tapline::scene::hit::{self, HIT_SCENES};
+use tapline::scene::{SCENES, SceneOptions};
+use tapline::unit::{ReferenceAxis, UnitSpec};
+
+fn hit_subject(name: &str) -> HitSubject {
+    let options =
+        SceneOptions { width: 64, height: 64, face_size: Some(128), ..SceneOptions::default() };
+    let scene = hit::build(name, &options).expect("a built-in scene");
+    HitSubject::built_in(scene)
+}
+
+#[test]
+fn pictures_of_every_scene_have_the_golden_hashes() {
+    let mut lines = String::new();
+    let mut seen = Vec::new();
+    for preset in UnitSpec::PRESETS {
+        let spec = UnitSpec::preset(preset).expect("a preset");
+        for info in SCENES {
+            let subject = support::rtl::subject(info.name, 64, &spec);
+            let rtl = support::rtl::engine(&spec, &subject);
+            let f64_engine = F64Engine { settings: spec.settings(ReferenceAxis::Exact) };
+            for engine in [&rtl as &dyn Engine, &f64_engine] {
+                let picture = engine.render(&subject, &|_| {}).picture;
+                let hash = picture_hash(&picture);
+                // The float reference of a scene without roughness knows no difference of presets.
+                if engine.rung() == tapline::engine::Rung::Rtl {
+                    let twin = seen.contains(&hash);
+                    // D = 0 leaves nothing for the angle table or the scale to change.
+                    assert_eq!(
+                        twin,
+                        // `otk` is about ray cones alone.
+                        preset == "otk" || preset == "schilling" && info.name == "parabola",
+                        "{preset} {}",
+                        info.name
+                    );
+                    seen.push(hash);
+                }
+                let name = engine.rung().name();
+                // Writing to a String cannot fail.
+                let _ = writeln!(lines, "{preset} {} {name} {}", info.name, hash_text(hash));
+            }
+        }
+    }
+    let spec = UnitSpec::default();
+    for info in HIT_SCENES {
+        let subject = hit_subject(info.name);
+        let engine =
+            HitRtl::new(&spec, &subject.distance, Some(&subject.map), 1).expect("the default unit");
+        let rtl = subject.rtl(&engine, &|_| {});
+        let float = subject.f64(&spec.settings(ReferenceAxis::Exact), &|_| {});
+        for (name, rendering) in [("rtl", rtl), ("f64", float)] {
+            let searches = rendering.searches.expect("rays are searched for");
+            assert!(searches.status.len() > 1 && searches.look_ups() > 1.0);
+            let hash = hash_text(picture_hash(&rendering.picture));
+            let _ = writeln!(lines, "default {} {name} {hash}", info.name);
+        }
+    }
+    golden::check("picture_hashes.txt", &lines);
+}
