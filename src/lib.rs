@@ -20,6 +20,7 @@ pub mod gpu;
 pub mod image;
 pub mod impostor;
 pub mod mesh;
+pub mod operation;
 pub mod optics;
 pub mod picture;
 pub mod planar;

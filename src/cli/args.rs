@@ -9,6 +9,8 @@ use crate::error::InputError;
 use crate::gpu::Gpu;
 use crate::image::LoadOptions;
 use crate::image::load_distance;
+use crate::scene::registry::names;
+use crate::scene::tex::TEX_SCENES;
 use crate::settings::Settings;
 use crate::unit::{ReferenceAxis, UnitSpec, check, file};
 
@@ -93,7 +95,7 @@ impl SceneArgs {
                 "--texture",
                 "a scene with ray cones",
                 "one that has no 2-D texture",
-                "leave it out, or choose convex, concave, thin-lens or vases",
+                format!("leave it out, or choose one of {}", names(TEX_SCENES)),
             )),
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::Failure;
 use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
@@ -9,7 +10,6 @@ use super::compare_tables::{print_tables, to_json};
 use super::job::{Caustics, Job, refuse_sampler};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
-use super::{Failure, subject};
 use crate::engine::gpu::check::StageChecks;
 use crate::engine::registers::RegisterErrors;
 use crate::engine::{Rendering, Rung};
@@ -92,7 +92,6 @@ impl Results {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     refuse_sampler(&args.scene, &args.engines)?;
     let Chosen { rungs, skipped, gpu } = choose(&args.engines, &args.run.adapter)?;

@@ -16,6 +16,7 @@ use crate::image::write::{Sample, write_exr, write_png};
 use crate::picture::Picture;
 use crate::report::error_map::{error_map, mosaic};
 use crate::report::html;
+use crate::scene::registry::find;
 use crate::settings::Settings;
 
 /// The files of `--out`, all created before the work starts.
@@ -50,8 +51,8 @@ impl OutFiles {
             }
         }
         let mut pictures = Vec::new();
-        for name in extra_pictures(scene, rungs) {
-            pictures.push((name, file(format!("{name}.png"))?));
+        for name in extra_pictures(find(scene)?.operation()) {
+            pictures.push((*name, file(format!("{name}.png"))?));
         }
         let both = rungs.contains(&Rung::Rtl) && rungs.contains(&Rung::F64);
         Ok(Self {

@@ -88,7 +88,6 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 
 fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
     let Common { json, unit, scene } = &args.common;
-    subject::check_exposure(scene.exposure)?;
     scene.refuse_distance()?;
     let target = JsonTarget::open(json.as_deref())?;
     let spec = unit.load()?;

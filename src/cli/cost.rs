@@ -4,20 +4,14 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use rtl_model::unit::Needs;
 use serde_json::json;
 
 use super::Failure;
 use super::args::UnitArgs;
 use super::output::{JsonTarget, Origin};
-use crate::error::InputError;
 use crate::report::table::{Table, grouped, missing, places, text, value, whole};
-use crate::scene::SCENES;
-use crate::scene::hit::is_hit_scene;
-use crate::scene::tex::is_tex_scene;
-use crate::stage::Stage;
-use crate::study::cost::{CostModel, Operation, Sheet};
-use crate::study::known_scenes;
+use crate::scene::registry::find;
+use crate::study::cost::{CostModel, Sheet};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -56,7 +50,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             Ok(())
         }
         Action::Unit { scene, cost, json, unit } => {
-            let operation = operation(scene)?;
+            let operation = find(scene)?.operation();
             let model = CostModel::load(cost.as_deref())?;
             let spec = unit.load()?;
             let target = JsonTarget::open(json.as_deref())?;
@@ -70,28 +64,6 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                 "scene": scene, "stages": stages, "total": total, "unmodelled": sheet.unmodelled,
             })))
         }
-    }
-}
-
-/// What a scene needs of the unit, by its name alone.
-fn operation(scene: &str) -> Result<Operation, InputError> {
-    if is_tex_scene(scene) {
-        return Ok(Operation::Tex);
-    }
-    if is_hit_scene(scene) {
-        return Ok(Operation::Hit);
-    }
-    match SCENES.iter().find(|s| s.name == scene) {
-        Some(info) => Ok(Operation::Env(Needs {
-            bump: info.stages.contains(&Stage::Bump),
-            rough: info.stages.contains(&Stage::Roughness),
-        })),
-        None => Err(InputError::new(
-            "scene",
-            format!("one of {}", known_scenes().join(", ")),
-            format!("`{scene}`"),
-            "`tapline scenes` lists them",
-        )),
     }
 }
 

@@ -7,6 +7,7 @@ use super::subject;
 use crate::base::num;
 use crate::caustic::Caustic;
 use crate::cube::CubeMap;
+use crate::distance::Distance;
 use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
 use crate::engine::gpu::GpuEnv;
 use crate::engine::gpu::check::{StageChecks, check_env, check_hit, check_tex};
@@ -22,8 +23,10 @@ use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::engine::{Engine as _, Progress, Rendering, Rung, Subject};
 use crate::error::InputError;
 use crate::gpu::{Gpu, GpuError};
+use crate::operation::Operation;
 use crate::picture::Picture;
 use crate::report::error_map::{colour_of_steps, mosaic};
+use crate::scene::registry::find;
 use crate::scene::world::light::WallMap;
 use crate::scene::{hit, tex};
 use crate::settings::Settings;
@@ -43,7 +46,7 @@ pub(super) enum Job {
 
 /// Refuses the engine that has no TEX operation for scenes of it.
 pub(super) fn refuse_sampler(scene: &str, rungs: &[Rung]) -> Result<(), InputError> {
-    if rungs.contains(&Rung::Sampler) && tex::is_tex_scene(scene) {
+    if rungs.contains(&Rung::Sampler) && find(scene)?.operation() == Operation::Tex {
         return Err(InputError::new(
             "sampler",
             "a scene of the operations that it has, ENV and HIT",
@@ -69,25 +72,13 @@ pub(super) const HIT_PICTURES: [&str; 4] = ["classic", "views", "iterations", "l
 /// the first texture that the integer model touched.
 pub(super) const TEX_PICTURES: [&str; 2] = ["levels", "tiles"];
 
-/// The pictures beside the engines' own that a scene has when these engines run.
-pub(super) fn extra_pictures(scene: &str, rungs: &[Rung]) -> Vec<&'static str> {
-    let filtered = rungs.contains(&Rung::Rtl) || rungs.contains(&Rung::F64);
-    if tex::is_tex_scene(scene) {
-        let there = |name: &&str| match *name {
-            "levels" => filtered,
-            _ => rungs.contains(&Rung::Rtl),
-        };
-        return TEX_PICTURES.into_iter().filter(there).collect();
+/// The pictures beside the engines' own that a scene may have.
+pub(super) const fn extra_pictures(operation: Operation) -> &'static [&'static str] {
+    match operation {
+        Operation::Env(_) => &[],
+        Operation::Hit => &HIT_PICTURES,
+        Operation::Tex => &TEX_PICTURES,
     }
-    if !hit::is_hit_scene(scene) {
-        return Vec::new();
-    }
-    let there = |name: &&str| match *name {
-        "iterations" => filtered,
-        "lightmap" => scene == "glass",
-        _ => true,
-    };
-    HIT_PICTURES.into_iter().filter(there).collect()
 }
 
 /// The scene's caustic by those engines that search, and by real rays.
@@ -133,38 +124,41 @@ impl Job {
         args: &SceneArgs,
         settings: &Settings,
     ) -> Result<Self, InputError> {
-        if tex::is_tex_scene(name) {
-            args.refuse_distance()?;
-            return Self::load_tex(name, args);
+        let info = find(name)?;
+        let operation = info.operation();
+        if operation != Operation::Tex {
+            args.refuse_texture()?;
         }
-        args.refuse_texture()?;
-        if !hit::is_hit_scene(name) {
+        if operation != Operation::Hit {
             args.refuse_distance()?;
-            return Ok(Self::Env(Box::new(subject::load(name, args, settings)?)));
         }
-        subject::check_exposure(args.exposure)?;
-        let options = subject::options(args)?;
-        let mut scene = hit::build(name, &options)?;
-        scene.notes.iter().for_each(|note| super::note(note));
-        let distance = args.distance()?;
-        let other = subject::load_map(args)?;
-        let own_colours = other.is_none();
-        let (impostor, lit) = lit(&mut scene);
-        let map = other.unwrap_or(impostor.colour);
-        let distance = distance.unwrap_or(crate::distance::Distance::Cube(impostor.distance));
-        let mut subject = HitSubject::new(scene, map, distance, own_colours);
-        subject.lit = lit;
-        Ok(Self::Hit(Box::new(subject)))
-    }
-
-    fn load_tex(name: &str, args: &SceneArgs) -> Result<Self, InputError> {
-        subject::check_exposure(args.exposure)?;
-        let options = subject::options(args)?;
-        let floor = subject::load_texture(args)?;
-        let scene = tex::build(name, &options, floor)?;
-        scene.notes.iter().for_each(|note| super::note(note));
-        let sky = subject::load_sky(args)?;
-        Ok(Self::Tex(Box::new(TexSubject::new(scene, sky))))
+        match operation {
+            Operation::Env(_) => {
+                let subject = subject::load(name, args, settings)?;
+                Ok(Self::Env(Box::new(subject)))
+            }
+            Operation::Hit => {
+                let mut scene = hit::build(name, &subject::options(args)?)?;
+                scene.notes.iter().for_each(|note| super::note(note));
+                let distance = args.distance()?;
+                let other = subject::load_map(args)?;
+                let own_colours = other.is_none();
+                let (impostor, lit) = lit(&mut scene);
+                let map = other.unwrap_or(impostor.colour);
+                let distance = distance.unwrap_or(Distance::Cube(impostor.distance));
+                let mut subject = HitSubject::new(scene, map, distance, own_colours);
+                subject.lit = lit;
+                Ok(Self::Hit(Box::new(subject)))
+            }
+            Operation::Tex => {
+                let options = subject::options(args)?;
+                let floor = subject::load_texture(args)?;
+                let scene = tex::build(name, &options, floor)?;
+                scene.notes.iter().for_each(|note| super::note(note));
+                let sky = subject::load_sky(args)?;
+                Ok(Self::Tex(Box::new(TexSubject::new(scene, sky))))
+            }
+        }
     }
 
     /// Columns and rows.

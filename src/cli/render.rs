@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use super::Failure;
 use super::args::{RunArgs, SceneArgs, UnitArgs};
 use super::job::{Job, refuse_sampler};
 use super::output::{Kind, Origin, write_picture};
 use super::progress::Bar;
-use super::{Failure, subject};
 use crate::engine::Rung;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
@@ -41,7 +41,6 @@ enum Depth {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    subject::check_exposure(args.scene_args.exposure)?;
     args.run.prepare()?;
     refuse_sampler(&args.scene, &[args.engine])?;
     let gpu = if args.engine.needs_gpu() {

@@ -7,9 +7,8 @@ use serde_json::json;
 
 use super::Failure;
 use super::output::JsonTarget;
-use crate::scene::SCENES;
-use crate::scene::hit::HIT_SCENES;
-use crate::scene::tex::TEX_SCENES;
+use crate::operation::Operation;
+use crate::scene::registry;
 use crate::stage::Stage;
 
 #[derive(Debug, clap::Args)]
@@ -23,27 +22,27 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let target = JsonTarget::open(args.json.as_deref())?;
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
-        for scene in SCENES.iter().chain(HIT_SCENES).chain(TEX_SCENES) {
+        for scene in registry::all() {
+            let operation = scene.operation();
+            let names =
+                |stages: Vec<Stage>| stages.iter().map(|s| s.name()).collect::<Vec<_>>().join(" ");
             writeln!(out, "{}: {}", scene.name, scene.description)?;
-            writeln!(out, "    operations: {}", scene.operations.join(" "))?;
-            let names: Vec<&str> = scene.stages.iter().map(|s| s.name()).collect();
-            writeln!(out, "    stages: {}", names.join(" "))?;
-            let unused: Vec<&str> =
-                Stage::ALL.iter().filter(|s| !scene.stages.contains(s)).map(|s| s.name()).collect();
+            writeln!(out, "    operations: {}", operation.name())?;
+            writeln!(out, "    stages: {}", names(operation.stages()))?;
+            let unused: Vec<Stage> =
+                Stage::ALL.into_iter().filter(|s| !operation.runs(*s)).collect();
             if !unused.is_empty() {
-                let with_bump =
-                    if scene.operations.contains(&"env") { " (with --bump they are)" } else { "" };
-                writeln!(out, "    not built: {}{with_bump}", unused.join(" "))?;
+                let env = matches!(operation, Operation::Env(_));
+                let with_bump = if env { " (with --bump they are)" } else { "" };
+                writeln!(out, "    not built: {}{with_bump}", names(unused))?;
             }
         }
     }
-    let list: Vec<_> = SCENES
-        .iter()
-        .chain(HIT_SCENES)
-        .chain(TEX_SCENES)
+    let list: Vec<_> = registry::all()
         .map(|s| {
-            let stages: Vec<&str> = s.stages.iter().map(|s| s.name()).collect();
-            json!({"name": s.name, "description": s.description, "operations": s.operations, "stages": stages})
+            let operation = s.operation();
+            let stages: Vec<&str> = operation.stages().iter().map(|s| s.name()).collect();
+            json!({"name": s.name, "description": s.description, "operations": [operation.name()], "stages": stages})
         })
         .collect();
     target.write(&json!({"version": env!("CARGO_PKG_VERSION"), "scenes": list}))

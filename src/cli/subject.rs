@@ -37,6 +37,7 @@ pub(super) fn load_bump(args: &SceneArgs) -> Result<Option<BumpSource>, InputErr
 
 /// What a scene is built from.
 pub(super) fn options(args: &SceneArgs) -> Result<SceneOptions, InputError> {
+    check_exposure(args.exposure)?;
     Ok(SceneOptions {
         width: args.size.0,
         height: args.size.1,
@@ -85,10 +86,8 @@ pub(super) fn load(
     args: &SceneArgs,
     settings: &Settings,
 ) -> Result<Subject, InputError> {
-    check_exposure(args.exposure)?;
-    let options = options(args)?;
     // A wrong name or size fails before a large map is read.
-    let scene = scene::build(name, &options, settings)?;
+    let scene = scene::build(name, &options(args)?, settings)?;
     for note in &scene.notes {
         super::note(note);
     }

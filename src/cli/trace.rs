@@ -24,9 +24,9 @@ use crate::cube::{CubeLevel, CubeMap};
 use crate::distance::Distance;
 use crate::error::InputError;
 use crate::image::build_mips;
+use crate::operation::Operation;
 use crate::planar::PlanarMap;
-use crate::scene::hit::is_hit_scene;
-use crate::scene::tex::is_tex_scene;
+use crate::scene::registry::find;
 use crate::settings::Settings;
 use crate::unit::UnitSpec;
 
@@ -207,7 +207,7 @@ fn lines(args: &Args, spec: &UnitSpec, input: &std::path::Path) -> Result<(), Fa
     let mut texture_size = subject::load_texture(&args.scene_args)?.map(|t| t.size());
     let settings = args.run.settings(spec);
     let (map, distance) = match &args.scene {
-        Some(scene) if is_hit_scene(scene) || is_tex_scene(scene) => {
+        Some(scene) if !matches!(find(scene)?.operation(), Operation::Env(_)) => {
             match Job::load(scene, &args.scene_args, &settings)? {
                 Job::Env(subject) => (Some(subject.map), None),
                 Job::Hit(subject) => (Some(subject.map), Some(subject.distance)),

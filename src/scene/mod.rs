@@ -1,14 +1,15 @@
 //! Built-in scenes: an analytic surface, a camera and, where the scene has one, a bump map.
 
+mod built_in;
 pub mod bump;
 pub mod bump_maps;
 pub mod environment;
 pub mod hit;
 pub mod moments;
 pub mod pyramid;
+pub mod registry;
 pub mod surface;
 pub mod tex;
-mod views;
 pub mod world;
 
 use std::path::{Path, PathBuf};
@@ -21,10 +22,14 @@ use crate::cube::CubeLevel;
 use crate::error::InputError;
 use crate::fragment::{Fragment, PixelFragment};
 use crate::mesh::Mesh;
+use crate::operation::Operation;
 use crate::settings::Settings;
 use crate::stage::Stage;
+pub use built_in::SCENES;
 use bump::{BumpMap, BumpSource};
 use pyramid::Pyramid;
+use registry::{Plan, find_in, needs};
+pub use registry::{REGISTRY, SceneInfo};
 use surface::{Camera, Shape};
 
 /// Texels along an edge of the procedural environment where nothing else is asked for.
@@ -39,80 +44,6 @@ const MAX_PIXELS: usize = 1 << 26;
 
 /// Largest procedural environment: 4096² × 6 texels of 12 bytes are 1.2 GB.
 const MAX_FACE_SIZE: usize = 4096;
-
-/// What a scene is called, shows and needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SceneInfo {
-    /// The name on the command line.
-    pub name: &'static str,
-    /// What it shows, in one line.
-    pub description: &'static str,
-    /// Operations of the unit that it uses.
-    pub operations: &'static [&'static str],
-    /// Stages that it needs as it stands; with a bump map of the user's it needs all of them.
-    pub stages: &'static [Stage],
-}
-
-/// The stages of a scene without a bump map.
-const SMOOTH: &[Stage] = &[
-    Stage::Reflect,
-    Stage::CubeFace,
-    Stage::Jacobian,
-    Stage::Covariance,
-    Stage::Eigen,
-    Stage::Footprint,
-    Stage::Address,
-    Stage::Filter,
-];
-
-/// The stages of a scene with a bump map and roughness.
-const BUMPY: &[Stage] = &[
-    Stage::LocalFrame,
-    Stage::Bump,
-    Stage::Reflect,
-    Stage::CubeFace,
-    Stage::Jacobian,
-    Stage::Roughness,
-    Stage::Covariance,
-    Stage::Eigen,
-    Stage::Footprint,
-    Stage::Address,
-    Stage::Filter,
-];
-
-/// Every built-in scene.
-pub const SCENES: &[SceneInfo] = &[
-    SceneInfo {
-        name: "sphere",
-        description: "a mirror ball: every anisotropy from 1 at its middle to hundreds at its rim",
-        operations: &["env"],
-        stages: SMOOTH,
-    },
-    SceneInfo {
-        name: "cylinder",
-        description: "a mirror column, tilted: curved in one direction only",
-        operations: &["env"],
-        stages: SMOOTH,
-    },
-    SceneInfo {
-        name: "parabola",
-        description: "a parabolic mirror seen from its focus: all reflections parallel, D = 0",
-        operations: &["env"],
-        stages: SMOOTH,
-    },
-    SceneInfo {
-        name: "scratches",
-        description: "a curved steel plate with scratches and brushed areas: steep bump map, roughness",
-        operations: &["env"],
-        stages: BUMPY,
-    },
-    SceneInfo {
-        name: "waves",
-        description: "water up to the horizon: a bump map under every minification, roughness",
-        operations: &["env"],
-        stages: BUMPY,
-    },
-];
 
 /// What a user may choose about a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,7 +69,7 @@ impl Default for SceneOptions {
 /// A scene that is ready to be rendered.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Its entry in [`SCENES`].
+    /// Its row in the registry.
     pub info: &'static SceneInfo,
     /// Columns of the picture.
     pub width: usize,
@@ -157,8 +88,8 @@ pub struct Scene {
 impl Scene {
     /// The stages that this scene needs: with a bump map those of roughness, too.
     #[must_use]
-    pub fn stages(&self) -> &'static [Stage] {
-        if self.surface.pyramid.is_some() { BUMPY } else { SMOOTH }
+    pub fn stages(&self) -> Vec<Stage> {
+        Operation::Env(needs(self.surface.pyramid.is_some())).stages()
     }
 
     /// Level 0 of the procedural environment.
@@ -277,33 +208,17 @@ pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
 /// # Errors
 /// An unknown name, a size that is zero or too large, a bump source that is not complete.
 pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<Scene, InputError> {
-    let Some(info) = SCENES.iter().find(|info| info.name == name) else {
-        let names: Vec<_> = SCENES.iter().map(|info| info.name).collect();
-        if hit::is_hit_scene(name) {
-            return Err(InputError::new(
-                "scene",
-                format!("one of the ENV operation: {}", names.join(", ")),
-                format!("`{name}`, which needs the HIT operation"),
-                "name another scene",
-            ));
-        }
-        return Err(InputError::new(
-            "scene",
-            format!("one of {}", names.join(", ")),
-            format!("`{name}`"),
-            "`tapline scenes` lists them",
-        ));
+    let pick = |plan| match plan {
+        Plan::Env(view, bump) => Some((view, bump)),
+        Plan::Hit(_) | Plan::Tex(_) => None,
     };
+    let (info, (view, own_bump)) = find_in("one of the ENV operation", pick, name)?;
     let SceneOptions { width, height, .. } = *options;
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
     check_size(width, height, face_size)?;
     let map = match &options.bump {
         Some(source) => Some(BumpMap::new(source)?),
-        None => match info.name {
-            "scratches" => Some(bump_maps::scratches()),
-            "waves" => Some(bump_maps::waves()),
-            _ => None,
-        },
+        None => own_bump.map(|bump| bump()),
     };
     let pyramid = map.map(|map| {
         Arc::new(Pyramid::new(
@@ -312,7 +227,7 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
             settings.roughness_interpolation,
         ))
     });
-    let (camera, mut shape) = views::view(info.name, width, height);
+    let (camera, mut shape) = view(width, height);
     let mut notes = Vec::new();
     if let Some(path) = &options.mesh {
         let (mesh, note) = mesh_for(path, info, &shape, pyramid.is_some())?;

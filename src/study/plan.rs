@@ -13,6 +13,7 @@ use crate::base::hash::{hash_text, text_hash};
 use crate::base::num;
 use crate::engine::Rung;
 use crate::error::InputError;
+use crate::scene::registry::find;
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
@@ -255,11 +256,9 @@ fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place
             "none",
         ));
     }
-    let known = super::known_scenes();
     for (scene, offset) in &scenes {
-        if !known.contains(&scene.as_str()) {
-            let expected = format!("one of {}", known.join(", "));
-            return Err(r.at(*offset, "scenes", expected, format!("`{scene}`")));
+        if let Err(error) = find(scene) {
+            return Err(r.at(*offset, "scenes", error.expected, error.found));
         }
     }
     let mut sizes = r.texts(root, "sizes")?;

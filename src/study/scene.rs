@@ -1,6 +1,5 @@
 //! A scene of any operation: what its pictures depend on, and its references.
 
-use super::cost::Operation;
 use super::cost::texels::Maps;
 use crate::base::num;
 use crate::engine::float::{EwaEngine, TruthEngine};
@@ -8,6 +7,7 @@ use crate::engine::hit_subject::HitSubject;
 use crate::engine::reuse::lines::{Line, TexLine};
 use crate::engine::tex_subject::TexSubject;
 use crate::engine::{Engine as _, Rendering, Rung, Subject, float};
+use crate::operation::Operation;
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;

@@ -177,7 +177,7 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
     // same normal without a map, and 16 roundings of an offset below 1 with one.
     for info in SCENES {
         for bump in [None, Some(small_bump())] {
-            if bump.is_none() && info.stages.contains(&Stage::Bump) {
+            if bump.is_none() && info.stages().contains(&Stage::Bump) {
                 continue;
             }
             let smooth = bump.is_none();
@@ -239,15 +239,15 @@ fn scenes_need_the_bump_stages_only_with_a_bump_map() {
     for info in SCENES {
         let own = scene(info.name);
         let bumpy = matches!(info.name, "scratches" | "waves");
-        assert_eq!(own.stages(), info.stages);
-        assert_eq!(info.stages.contains(&Stage::Bump), bumpy);
+        assert_eq!(own.stages(), info.stages());
+        assert_eq!(info.stages().contains(&Stage::Bump), bumpy);
         for PixelFragment { fragment: f, .. } in &own.fragments {
             assert_eq!([f.h.is_some(), f.bump.is_some(), f.rough.is_some()], [bumpy; 3]);
         }
         let with = SceneOptions { bump: Some(small_bump()), ..options(96, 64) };
         let with = build(info.name, &with, &Settings::default()).unwrap();
         let bumpy = SCENES.iter().find(|info| info.name == "waves").unwrap();
-        assert_eq!(with.stages(), bumpy.stages);
+        assert_eq!(with.stages(), bumpy.stages());
         let moved = |f: &&PixelFragment| f.fragment.bump.unwrap().iter().any(|b| b.abs() > 0.01);
         assert!(with.fragments.iter().filter(moved).count() > with.fragments.len() / 4);
     }

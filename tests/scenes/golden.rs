@@ -46,7 +46,7 @@ fn fragments_have_the_golden_bits_for_any_number_of_threads() {
     let mut lines = String::new();
     for info in SCENES {
         let mut variants = vec![Settings::default()];
-        if info.stages.contains(&Stage::Roughness) {
+        if info.stages().contains(&Stage::Roughness) {
             variants.push(Settings {
                 roughness_interpolation: RoughnessInterpolation::Factors,
                 ..Settings::default()

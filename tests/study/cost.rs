@@ -2,7 +2,8 @@
 
 use rtl_model::regs::Reg;
 use rtl_model::unit::Needs;
-use tapline::study::cost::{CostModel, Operation};
+use tapline::operation::Operation;
+use tapline::study::cost::CostModel;
 use tapline::unit::UnitSpec;
 use tapline::unit::knobs::Value;
 

@@ -1,5 +1,6 @@
 //! Built-in scenes of the HIT operation: a reflective object in a world, seen by a camera.
 
+mod built_in;
 pub mod object;
 pub mod view;
 
@@ -7,59 +8,16 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::registry::{self, SceneInfo, find_in};
+use super::world::World;
 use super::world::bodies::Ball;
-use super::world::built_in;
 use super::world::light::Lamp;
-use super::{DEFAULT_FACE_SIZE, SceneInfo, SceneOptions, check_size};
+use super::{DEFAULT_FACE_SIZE, SceneOptions, check_size};
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::mesh::Mesh;
-use crate::stage::Stage;
+pub use built_in::{GLASS, HIT_SCENES};
 use view::{Finish, View, look_at};
-
-/// The stages of a scene that only hits.
-const HIT: &[Stage] = &[
-    Stage::CubeFace,
-    Stage::Jacobian,
-    Stage::RayCone,
-    Stage::Hit,
-    Stage::Covariance,
-    Stage::Eigen,
-    Stage::Footprint,
-    Stage::Address,
-    Stage::Filter,
-];
-
-/// Every built-in scene of the HIT operation.
-pub const HIT_SCENES: &[SceneInfo] = &[
-    SceneInfo {
-        name: "room",
-        description: "a mirror ball in a box room, off the impostor's reference point",
-        operations: &["hit"],
-        stages: HIT,
-    },
-    SceneInfo {
-        name: "columns",
-        description: "the ball among columns whose tops and backs the reference point does not see",
-        operations: &["hit"],
-        stages: HIT,
-    },
-    SceneInfo {
-        name: "doorway",
-        description: "the ball beside a doorway: the next room is seen through it, the near wall hides it",
-        operations: &["hit"],
-        stages: HIT,
-    },
-    SceneInfo {
-        name: "glass",
-        description: "a glass ball (n = 1.3) that reflects, refracts and throws a lamp's caustic onto the walls",
-        operations: &["hit"],
-        stages: HIT,
-    },
-];
-
-/// Index of refraction of the scene `glass`.
-pub const GLASS: f64 = 1.3;
 
 /// The unit's input for one ray of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +33,7 @@ pub struct PixelRay {
 /// A scene of the HIT operation that is ready to be rendered.
 #[derive(Clone, Debug)]
 pub struct HitScene {
-    /// Its entry in [`HIT_SCENES`].
+    /// Its row in the registry.
     pub info: &'static SceneInfo,
     /// Columns of the picture.
     pub width: usize,
@@ -106,35 +64,40 @@ impl HitScene {
     }
 }
 
-/// Eye, ball and world of a scene. The ball's silhouette has 0.45 of the picture's shorter side as its
-/// radius. Second: the ball.
-fn view(name: &str, width: usize, height: usize) -> (View, ([f64; 3], f64)) {
-    let (world, eye, centre, radius): (_, [f64; 3], [f64; 3], f64) = match name {
-        "columns" => (built_in::columns(), [-0.9, 1.0, 4.0], [0.7, 0.9, -1.5], 0.7),
-        "doorway" => (built_in::doorway(), [-0.9, 0.6, 4.2], [1.5, -0.3, -1.0], 0.8),
-        "glass" => (built_in::room(), [-2.2, 0.9, 3.6], [0.6, -0.7, -0.8], 0.9),
-        _ => (built_in::room(), [-1.4, 0.5, 3.8], [1.6, -0.7, -2.0], 1.0),
-    };
-    let to = [0, 1, 2].map(|i| centre[i] - eye[i]);
-    let square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
-    let tangent = radius / (square - radius * radius).sqrt();
-    let side = width.min(height) as f64;
-    // The caustic lies beside the ball: it gets more of the picture.
-    let share = if name == "glass" { 0.3 } else { 0.45 };
-    let view = View {
-        camera: look_at(eye, centre, [width, height], share * side / tangent),
-        eye,
-        object: Arc::new(Ball { centre, radius }),
-        finish: if name == "glass" { Finish::Glass { index: GLASS } } else { Finish::Mirror },
-        world,
-    };
-    (view, (centre, radius))
+/// What a scene holds: a reflective ball in a world.
+#[derive(Debug)]
+pub struct Plan {
+    /// What surrounds the ball.
+    pub world: World,
+    /// Where the camera stands; it looks at the ball.
+    pub eye: [f64; 3],
+    /// The ball's middle.
+    pub centre: [f64; 3],
+    /// The ball's radius.
+    pub radius: f64,
+    /// Radius of the ball's silhouette as a share of the picture's shorter side.
+    pub share: f64,
+    /// What the ball does with light.
+    pub finish: Finish,
+    /// A lamp whose light the ball throws onto the walls.
+    pub lamp: Option<Lamp>,
 }
 
-/// Whether a name is that of a scene of the HIT operation.
-#[must_use]
-pub fn is_hit_scene(name: &str) -> bool {
-    HIT_SCENES.iter().any(|info| info.name == name)
+impl Plan {
+    fn view(self, width: usize, height: usize) -> View {
+        let Self { world, eye, centre, radius, share, finish, .. } = self;
+        let to = [0, 1, 2].map(|i| centre[i] - eye[i]);
+        let square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+        let tangent = radius / (square - radius * radius).sqrt();
+        let side = width.min(height) as f64;
+        View {
+            camera: look_at(eye, centre, [width, height], share * side / tangent),
+            eye,
+            object: Arc::new(Ball { centre, radius }),
+            finish,
+            world,
+        }
+    }
 }
 
 /// Builds a scene of the HIT operation.
@@ -143,15 +106,11 @@ pub fn is_hit_scene(name: &str) -> bool {
 /// An unknown name, a size that is zero or too large, a bump map (these scenes take none), a mesh that cannot
 /// be read.
 pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError> {
-    let Some(info) = HIT_SCENES.iter().find(|info| info.name == name) else {
-        let names: Vec<_> = HIT_SCENES.iter().map(|info| info.name).collect();
-        return Err(InputError::new(
-            "scene",
-            format!("one with an impostor: {}", names.join(", ")),
-            format!("`{name}`"),
-            "`tapline scenes` lists them",
-        ));
+    let pick = |plan| match plan {
+        registry::Plan::Hit(plan) => Some(plan),
+        registry::Plan::Env(..) | registry::Plan::Tex(_) => None,
     };
+    let (info, plan) = find_in("one with an impostor", pick, name)?;
     if options.bump.is_some() {
         return Err(InputError::new(
             "--bump",
@@ -163,7 +122,9 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
     let face_size = options.face_size.unwrap_or(DEFAULT_FACE_SIZE);
     let SceneOptions { width, height, .. } = *options;
     check_size(width, height, face_size)?;
-    let (mut view, bound) = view(name, width, height);
+    let plan = plan();
+    let (lamp, bound) = (plan.lamp, (plan.centre, plan.radius));
+    let mut view = plan.view(width, height);
     let mut notes = Vec::new();
     if let Some(path) = &options.mesh {
         let (mesh, repairs) = Mesh::load(path, bound.0, bound.1)?;
@@ -171,18 +132,7 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
         view.object = Arc::new(mesh);
     }
     let rays = rays(&view, width, height);
-    Ok(HitScene {
-        info,
-        width,
-        height,
-        face_size,
-        rays,
-        view,
-        lamp: (name == "glass")
-            .then_some(Lamp { position: [2.4, 2.2, 1.2], power: [150.0, 142.0, 128.0] }),
-        bound,
-        notes,
-    })
+    Ok(HitScene { info, width, height, face_size, rays, view, lamp, bound, notes })
 }
 
 fn rays(view: &View, width: usize, height: usize) -> Vec<PixelRay> {

@@ -13,23 +13,12 @@ pub mod texels;
 
 use rtl_model::Config;
 use rtl_model::regs::Reg;
-use rtl_model::unit::Needs;
 
 use super::measures::Measures;
+use crate::operation::Operation;
 use crate::stage::Stage;
 use gates::{Cells, Parts};
 use texels::Cache;
-
-/// What a unit must be able to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Operation {
-    /// Reflections.
-    Env(Needs),
-    /// Rays against a distance map.
-    Hit,
-    /// Textures and an environment through ray cones.
-    Tex,
-}
 
 /// Parts of every unit that are not counted.
 pub const UNMODELLED: &[&str] = &[
