@@ -104,7 +104,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         None => None,
         Some(folder) => Some(OutFiles::create(folder, &rungs, &args.scene)?),
     };
-    let json_target = JsonTarget::open(args.json.as_deref())?;
+    let json_target = JsonTarget::beside(args.json.as_deref(), files.as_ref().map(|f| &f.folder))?;
     let job = Job::load(&args.scene, &args.scene_args, &settings)?;
     if job.fragments() == 0 {
         return Err(InputError::new(

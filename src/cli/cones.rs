@@ -12,7 +12,7 @@ use super::progress::Bar;
 use super::{Failure, subject};
 use crate::cone_study::{cube, formats, tiles};
 use crate::engine::tex_subject::TexSubject;
-use crate::image::whole::WholeFile;
+use crate::image::whole::commit_all;
 use crate::image::write::write_png;
 use crate::picture::Picture;
 use crate::report::error_map::mosaic;
@@ -93,16 +93,12 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
     let spec = unit.load()?;
     let options = subject::options(scene)?;
     let mut files = Vec::new();
-    let folder = match &args.out {
-        None => None,
-        Some(out) => {
-            let made = output_folder(out)?;
-            for pair in tiles::COMPARISONS {
-                files.push(WholeFile::create(out.join(format!("{}.png", pair.name)))?);
-            }
-            Some(made)
+    if let Some(out) = &args.out {
+        let folder = output_folder(out)?;
+        for pair in tiles::COMPARISONS {
+            files.push(folder.file(format!("{}.png", pair.name))?);
         }
-    };
+    }
     let floor = subject::load_texture(scene)?;
     let sky = subject::load_sky(scene)?;
     let mut table = Table::new(&[
@@ -170,12 +166,7 @@ fn run_tiles(args: &TilesArgs) -> Result<(), Failure> {
             done.push(file);
         }
     }
-    for file in done {
-        file.commit()?;
-    }
-    if let Some(folder) = folder {
-        folder.keep();
-    }
+    commit_all(done)?;
     let mut root = Origin::new(&spec).json();
     root.insert("size".into(), json!([options.width, options.height]));
     root.insert("unit".into(), unit_json(&spec));

@@ -1,5 +1,6 @@
 //! `fingerprint`: what a GPU's sampler does.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -8,11 +9,11 @@ use super::Failure;
 use super::args::AdapterArgs;
 use super::output::{JsonTarget, output_folder};
 use super::progress::Bar;
+use crate::error::InputError;
 use crate::fingerprint::{self, Fingerprint};
 use crate::gpu::AdapterFacts;
 use crate::gpu::sampling::DeviceSampler;
-use crate::image::temporary::OutputFolder;
-use crate::image::whole::WholeFile;
+use crate::image::whole::{WholeFile, commit_all};
 use crate::image::write::write_png;
 
 #[derive(Debug, clap::Args)]
@@ -27,57 +28,40 @@ pub(super) struct Args {
     out: Option<PathBuf>,
 }
 
-/// The files of `--out`, created before the work starts.
-struct OutFiles {
-    picture: WholeFile,
-    /// JSON and text, in a folder.
-    words: Option<(WholeFile, WholeFile)>,
-    folder: Option<OutputFolder>,
+/// The picture, and with a folder the JSON and the text.
+fn create(out: &Path) -> Result<Vec<WholeFile>, InputError> {
+    if out.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Ok(vec![WholeFile::create(out)?]);
+    }
+    let folder = output_folder(out)?;
+    let names = ["fingerprint.png", "fingerprint.json", "fingerprint.txt"];
+    names.into_iter().map(|name| folder.file(name)).collect()
 }
 
-impl OutFiles {
-    fn create(path: &Path) -> Result<Self, Failure> {
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Ok(Self { picture: WholeFile::create(path)?, words: None, folder: None });
-        }
-        let folder = output_folder(path)?;
-        let file = |name: &str| WholeFile::create(path.join(name));
-        Ok(Self {
-            picture: file("fingerprint.png")?,
-            words: Some((file("fingerprint.json")?, file("fingerprint.txt")?)),
-            folder: Some(folder),
-        })
+fn write(
+    mut files: Vec<WholeFile>,
+    adapter: &str,
+    found: &Fingerprint,
+    value: &Value,
+) -> Result<(), InputError> {
+    let text = [
+        ("tapline.version", env!("CARGO_PKG_VERSION")),
+        ("tapline.picture", "sampler fingerprint"),
+        ("tapline.adapter", adapter),
+    ]
+    .map(|(k, v)| (k.to_string(), v.to_string()));
+    for (index, file) in files.iter_mut().enumerate() {
+        file.write_with(|w| match index {
+            0 => write_png(w, &fingerprint::draw(adapter, found), 0.0, &text),
+            1 => writeln!(w, "{value:#}"),
+            _ => fingerprint::print(w, adapter, found),
+        })?;
     }
-
-    fn write(mut self, adapter: &str, found: &Fingerprint, value: &Value) -> Result<(), Failure> {
-        use std::io::Write as _;
-        let picture = fingerprint::draw(adapter, found);
-        let text = [
-            ("tapline.version", env!("CARGO_PKG_VERSION")),
-            ("tapline.picture", "sampler fingerprint"),
-            ("tapline.adapter", adapter),
-        ]
-        .map(|(k, v)| (k.to_string(), v.to_string()));
-        self.picture.write_with(|w| write_png(w, &picture, 0.0, &text))?;
-        let json = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
-        if let Some((json_file, text_file)) = &mut self.words {
-            json_file.write_with(|w| writeln!(w, "{json}"))?;
-            text_file.write_with(|w| fingerprint::print(w, adapter, found))?;
-        }
-        self.picture.commit()?;
-        if let Some((json_file, text_file)) = self.words {
-            json_file.commit()?;
-            text_file.commit()?;
-        }
-        if let Some(folder) = self.folder {
-            folder.keep();
-        }
-        Ok(())
-    }
+    commit_all(files)
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    let files = args.out.as_deref().map(OutFiles::create).transpose()?;
+    let files = args.out.as_deref().map(create).transpose()?;
     let target = JsonTarget::open(args.json.as_deref())?;
     let gpu = args.adapter.open()?;
     let bar = Bar::new("fingerprint", fingerprint::STEPS);
@@ -89,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         fingerprint::print(&mut std::io::stdout().lock(), &title, &found)?;
     }
     if let Some(files) = files {
-        files.write(&title, &found, &value)?;
+        write(files, &title, &found, &value)?;
     }
     target.write(&value)
 }

@@ -17,7 +17,6 @@ mod fingerprint;
 mod gpu;
 mod impostor;
 mod impostor_study;
-mod interrupt;
 mod job;
 mod output;
 mod progress;
@@ -138,7 +137,6 @@ enum Command {
 #[must_use]
 pub fn run() -> ExitCode {
     crate::base::quiet::install_quiet_panic_hook();
-    interrupt::install();
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Compare(args) => compare::run(args),

@@ -7,9 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use crate::error::InputError;
-use crate::image::temporary::OutputFolder;
-use crate::image::whole::WholeFile;
 use crate::image::write::{Sample, write_exr, write_png};
+use crate::image::{OutputFolder, WholeFile};
 use crate::picture::Picture;
 use crate::unit::UnitSpec;
 use crate::unit::knobs::Value as KnobValue;
@@ -97,7 +96,7 @@ pub(super) fn write_picture(
     Ok(())
 }
 
-/// The target of `--json`: a file created at once, or stdout.
+/// The target of `--json`: a file whose path is checked at once, or stdout.
 pub(super) enum JsonTarget {
     None,
     Stdout,
@@ -106,10 +105,19 @@ pub(super) enum JsonTarget {
 
 impl JsonTarget {
     pub(super) fn open(path: Option<&Path>) -> Result<Self, InputError> {
-        Ok(match path {
-            None => Self::None,
-            Some(path) if path.as_os_str() == "-" => Self::Stdout,
-            Some(path) => Self::File(WholeFile::create(path)?),
+        Self::beside(path, None)
+    }
+
+    /// A target that may lie in a folder which the run makes.
+    pub(super) fn beside(
+        path: Option<&Path>,
+        folder: Option<&OutputFolder>,
+    ) -> Result<Self, InputError> {
+        Ok(match (path, folder) {
+            (None, _) => Self::None,
+            (Some(path), _) if path.as_os_str() == "-" => Self::Stdout,
+            (Some(path), None) => Self::File(WholeFile::create(path)?),
+            (Some(path), Some(folder)) => Self::File(folder.at(path)?),
         })
     }
 
@@ -119,7 +127,7 @@ impl JsonTarget {
     }
 
     pub(super) fn write(self, value: &Value) -> Result<(), Failure> {
-        let text = serde_json::to_string_pretty(value).map_err(std::io::Error::from)?;
+        let text = format!("{value:#}");
         match self {
             Self::None => {}
             Self::Stdout => writeln!(std::io::stdout().lock(), "{text}")?,
@@ -165,7 +173,7 @@ fn put(into: &mut Map<String, Value>, path: &[&str], value: Value) {
     }
 }
 
-/// The folder of `--out`, made if it is not there.
+/// The folder of `--out`, which is there or can be made.
 pub(super) fn output_folder(path: &Path) -> Result<OutputFolder, InputError> {
     OutputFolder::create(path).map_err(|e| {
         InputError::new(

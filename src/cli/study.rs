@@ -135,10 +135,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
         None => run_study(&args.run),
         Some(Action::Merge { parts, out }) => {
-            let folder = output_folder(out)?;
             let paths = Paths::new(out, Shard::WHOLE);
+            let _folder = output_folder(out)?;
             let rows = merge(parts, &paths)?;
-            folder.keep();
             writeln!(std::io::stdout(), "{} rows in {}", rows, paths.jsonl.display())?;
             Ok(())
         }
@@ -238,11 +237,10 @@ fn run_study(args: &RunArgs) -> Result<(), Failure> {
         PathBuf::from(format!("study-{stem}"))
     });
     let folder = output_folder(&out)?;
-    let target = JsonTarget::open(args.json.as_deref())?;
+    let target = JsonTarget::beside(args.json.as_deref(), Some(&folder))?;
     let paths = Paths::new(&out, args.shard);
     let header = study.header(&cost_hash, args.shard);
     let (journal, done) = open(&paths, &header, args.resume)?;
-    folder.keep();
     let Some(journal) = journal else {
         super::note(&format!("{} is complete already", paths.jsonl.display()));
         return Ok(());

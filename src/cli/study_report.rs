@@ -34,7 +34,7 @@ pub(super) fn report(
     let details = match study {
         Some(file) => {
             let found = gather(&results, file, chosen, pixels)?;
-            write(&kept, &found.to_string())?;
+            write(WholeFile::create(kept)?, &found.to_string())?;
             Some(found)
         }
         None => read(&kept, &results)?,
@@ -42,12 +42,12 @@ pub(super) fn report(
     let shown = details.as_ref().map(|d| &d["details"]);
     let (html, figures) = page(&results, shown);
     let into = folder.join("figures");
-    output_folder(&into)?.keep();
+    let made = output_folder(&into)?;
     for (name, svg) in &figures {
-        write(&into.join(name), svg)?;
+        write(made.file(name)?, svg)?;
     }
     let out = folder.join("report.html");
-    write(&out, &html)?;
+    write(WholeFile::create(&out)?, &html)?;
     writeln!(
         std::io::stdout(),
         "{}\n{}: {} figures",
@@ -58,8 +58,7 @@ pub(super) fn report(
     Ok(())
 }
 
-fn write(path: &Path, text: &str) -> Result<(), InputError> {
-    let mut file = WholeFile::create(path)?;
+fn write(mut file: WholeFile, text: &str) -> Result<(), InputError> {
     file.write_with(|w| w.write_all(text.as_bytes()))?;
     file.commit()
 }

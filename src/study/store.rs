@@ -15,7 +15,7 @@ use serde_json::Value;
 use super::rows::csv;
 use crate::base::num;
 use crate::error::InputError;
-use crate::image::whole::WholeFile;
+use crate::image::whole::{WholeFile, commit_all};
 
 /// A part of a study: number K of N, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,12 +181,13 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// A new journal with a header.
+    /// A new journal with a header; its folder is made if it is not there.
     ///
     /// # Errors
     /// A file that cannot be made.
     pub fn create(path: &Path, header: &Value) -> Result<Self, InputError> {
         let unwritable = |e: std::io::Error| broken(path, "a file that can be written", e);
+        make_folder(path).map_err(unwritable)?;
         let file = File::create(path).map_err(unwritable)?;
         let mut journal = Self { file, path: path.into() };
         journal.append(header)?;
@@ -256,8 +257,7 @@ pub fn finish(
     })?;
     let mut table = WholeFile::create(&paths.csv)?;
     table.write_with(|out| out.write_all(csv(header, &rows).as_bytes()))?;
-    jsonl.commit()?;
-    table.commit()
+    commit_all([jsonl, table])
 }
 
 /// Puts the parts of a study together.
@@ -290,6 +290,12 @@ pub fn merge(parts: &[PathBuf], paths: &Paths) -> Result<usize, InputError> {
         let found = format!("{} of them; rows {} … are missing", all.len(), missing.join(", "));
         return Err(broken(&paths.jsonl, &format!("all {rows} rows of the study"), found));
     }
+    make_folder(&paths.jsonl).map_err(|e| broken(&paths.jsonl, "a file that can be written", e))?;
     finish(paths, &header, &all)?;
     Ok(all.len())
+}
+
+/// Makes the folder of a file.
+fn make_folder(path: &Path) -> std::io::Result<()> {
+    path.parent().map_or(Ok(()), std::fs::create_dir_all)
 }
