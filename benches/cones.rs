@@ -28,8 +28,8 @@ fn number(i: u32, salt: u32) -> f32 {
 
 fn cfg(format: ConeFormat, rounding: StoreRounding) -> Cfg {
     let mut config = Config::default();
-    config.cone.format = format;
-    config.cone.rounding = rounding;
+    config.policy.cone.format = format;
+    config.policy.cone.rounding = rounding;
     Cfg::new(&config)
 }
 

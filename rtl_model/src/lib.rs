@@ -30,7 +30,8 @@ pub mod texel;
 pub mod texture;
 pub mod unit;
 
-pub use config::{Config, ConfigError, TexelFormat};
+pub use config::{Config, ConfigError};
+pub use policy::{Policy, TexelFormat};
 pub use regs::{Event, Reg};
 pub use tap::{NoTap, NoTapStandard, Tap};
 pub use texture::Texture;

@@ -9,6 +9,8 @@ macro_rules! literals {
         impl $name {
             /// Every value, in the order in which the documentation lists them.
             pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// The literals that unit files use, in the order of the values.
+            pub const NAMES: &'static [&'static str] = &[$($text),+];
 
             /// The literal that unit files use.
             #[must_use]
@@ -20,6 +22,18 @@ macro_rules! literals {
             #[must_use]
             pub fn parse(text: &str) -> Option<Self> {
                 match text { $($text => Some(Self::$variant),)+ _ => None }
+            }
+        }
+
+        impl $crate::policy::Setting for $name {
+            fn number(self) -> u32 {
+                let place = Self::ALL.iter().position(|value| *value == self);
+                place.and_then(|place| u32::try_from(place).ok()).unwrap_or(0)
+            }
+
+            fn of(number: u32) -> Self {
+                let place = usize::try_from(number).ok();
+                place.and_then(|place| Self::ALL.get(place)).copied().unwrap_or(Self::ALL[0])
             }
         }
 

@@ -1,282 +1,144 @@
-//! Policies: the choices of algorithm that every engine honours, as closed sets of named values.
+//! Knobs: every choice about a unit but its registers' formats, one row each.
+//!
+//! A row of the table below is a field of [`Policy`] with its default, the path `section.field` under which unit
+//! files, `--set` and studies know it, its legal values, who honours it, the first stage that it reaches, and its
+//! meaning. What all engines honour is part of the algorithm; the rest is the integer model's own.
 
-use crate::literals::literals;
+mod choices;
+mod row;
 
-literals! {
-    /// How the number of probes follows from the line length M and the probe width m (texels).
-    Count {
-        /// clamp(⌈M/m − 2⁻⁸⌉, 1, max).
-        Ceil = "ceil",
-        /// clamp(⌊M/m + ½⌋, 1, max).
-        Round = "round",
-        /// TEXRAM: the next power of two that is at least the `ceil` count.
-        Pow2 = "pow2",
-        /// Feline: max(1, ⌊2ρ − ½⌋) probes over a line of length 2(M − m), end points included.
-        Feline = "feline",
-    } default Ceil
+pub use choices::{
+    Axis, ConeEnv, ConeGradient, ConeMetric, ConeRules, Count, Curvature, Dnmod, HitFootprint,
+    HitStatus, LookUp, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse,
+    TexelFormat, Weights, Wrap,
+};
+pub use row::{Legal, Place, Row, Setting};
+
+use crate::cone::{ConeFormat, LaneOrder, StoreRounding};
+use Legal::{Counted, Even, Few, Number, Only, OrOff, PowerOfTwo, Range, Rotation};
+use row::{knobs, row};
+
+knobs! {
+    /// Choices of the probe line.
+    footprint: FootprintPolicy {
+        max_probes: u32 = 16 => Range(1, 64), All, covariance, "most probes of a fragment";
+        count: Count, All, covariance, "rule of the probe count";
+        axis: Axis, All, covariance, "direction of the probe line";
+        weights: Weights, All, covariance, "weights of the probes";
+        weight_bits: u32 = 8 => Range(1, 12), All, covariance, "gaussian probe weights sum to 2^bits";
+    }
+    /// Choices of the roughness pyramid.
+    roughness: RoughnessPolicy {
+        + row("roughness.scale", Place::Scale, Number(0, 8), true, "roughness", "s in K = D Dᵀ + s² K3");
+        interpolate: RoughnessInterpolation, All, scene, "what the roughness pyramid interpolates";
+        curvature: Curvature, All, scene, "where the bump map's own curvature is counted";
+    }
+    /// Choices of `jacobian`.
+    jacobian: JacobianPolicy {
+        dnmod: Dnmod, All, jacobian, "what stands for the derivative of the modified normal";
+    }
+    /// Choices of `eigen`.
+    eigen: EigenPolicy {
+        + row("eigen.entries", Place::Table(|t| &mut t.eigen.entries), Even(2, 1024), false, "eigen", "angle-table entries over 90°");
+        placement: Placement, Rtl, eigen, "where the angle table's entries lie";
+        minor: Minor, All, covariance, "how λ2 is found";
+    }
+    /// Words of the filter's weights.
+    filter: FilterPolicy {
+        weight_bits: u32 = 8 => Range(1, 8), Rtl, filter, "bits of a bilinear weight";
+        lod_bits: u32 = 8 => Range(1, 8), Rtl, filter, "bits of the weight between two levels";
+    }
+    /// Texels in memory and decoded. They change no register in front of the filter, but encoding them costs most.
+    texel: TexelPolicy {
+        format: TexelFormat, Rtl, scene, "how texels are stored";
+        int: u32 = 17 => Range(1, 17), Rtl, scene, "integer bits of a decoded texel";
+        frac: u32 = 24 => Range(4, 24), Rtl, scene, "fraction bits of a decoded texel";
+    }
+    /// Registers and rules of ray cones.
+    cone: ConePolicy {
+        format: ConeFormat, Rtl, ray_cone, "format of a ray cone's angle and width";
+        rounding: StoreRounding, Rtl, ray_cone, "rounding of a ray cone's stores";
+        lane_order: LaneOrder, All, ray_cone, "which half of a packed cone is its angle";
+        seed: u32 = 0 => Range(0, u32::MAX), Rtl, ray_cone, "seed of stochastic stores";
+        rules: ConeRules, All, ray_cone, "formulas of the note or OptiX Toolkit's code";
+        set_diffuse: SetDiffuse, All, ray_cone, "what a diffuse scatter of cone.rules = \"otk\" writes into the angle";
+        count: u32 = 2 => Range(1, 2), All, ray_cone, "cones of a ray; the wider one counts";
+        metric: ConeMetric, All, ray_cone, "a texture request's footprint: the cones, or the distance times a pixel's angle";
+        gradient: ConeGradient, All, ray_cone, "how ddx and ddy follow from dPdx and dPdy";
+        env: ConeEnv, All, ray_cone, "gradients of a bare cone on a cube map";
+    }
+    /// Choices of `surface_footprint`.
+    surface_footprint: SurfacePolicy {
+        max_anisotropy: u32 = 16 => Range(1, 64), All, surface_footprint, "longest dPdx over |w|, at grazing angles";
+    }
+    /// Choices of `address`.
+    address: AddressPolicy {
+        wrap_s: Wrap, All, scene, "what a 2-D texture shows beyond its edges";
+        wrap_t: Wrap, All, scene, "what a 2-D texture shows beyond its edges";
+    }
+    /// Choices of the HIT operation.
+    hit: HitPolicy {
+        iterations: u32 = 4 => Range(0, 64), All, hit, "most look-ups of the search for a hit";
+        method: Method, All, hit, "how the search finds its next point";
+        tolerance_bits: Option<u32> = Some(10) => OrOff(1, 24), All, hit,
+            "τ = 2^-bits, off: τ = 0; the search ends where the ratio lies within 1 ± τ";
+        lookup: LookUp, All, hit, "how a distance is read";
+        footprint: HitFootprint, All, hit, "shape of a cone's footprint at the hit";
+        outside: Outside, All, hit, "what becomes of a ray that starts outside of the reference surface";
+    }
+    + row("transform.rotation", Place::Rotation, Rotation, true, "cube_face", "rotation A of the environment, row by row");
+    tables {
+        recip, local_frame, Counted(0, 3, "steps");
+        rsqrt, local_frame, Counted(0, 3, "steps");
+        sqrt, local_frame, Counted(0, 3, "steps");
+        log2, footprint, Only(0, "this table has no Newton step");
+    }
+    + row("tables.eigen.order", Place::Table(|t| &mut t.eigen.order), Few(1), false, "eigen", "interpolation between angle entries");
+    + row("tables.eigen.frac", Place::Table(|t| &mut t.eigen.frac), Counted(4, 28, "bits"), false, "eigen", "fraction bits of sine and cosine");
+    + row("tables.eigen.newton", Place::Table(|t| &mut t.eigen.newton), Only(0, "this table has no Newton step"), false, "eigen", "none");
 }
 
-literals! {
-    /// Where the direction of the probe line comes from.
-    Axis {
-        /// Schilling: sine and cosine from the angle table.
-        EigenTable = "eigen-table",
-        /// The eigenvector itself, normalised.
-        EigenExact = "eigen-exact",
-        /// The longest column of [D s·B'], as GPUs do with the longer screen derivative.
-        LongerDerivative = "longer-derivative",
-    } default EigenTable
-}
-
-literals! {
-    /// Weights of the probes along the line.
-    Weights {
-        /// All alike.
-        Box = "box",
-        /// e^(−2x²), x = offset over half the line, normalised to sum exactly 1.
-        Gaussian = "gaussian",
-    } default Box
-}
-
-literals! {
-    /// How the minor axis λ2 is found.
-    Minor {
-        /// Equation 17 of the paper: ½(a + c − √…), which cancels for thin ellipses.
-        Paper = "paper",
-        /// λ1·λ2 = √det K.
-        Det = "det",
-    } default Paper
-}
-
-literals! {
-    /// What stands for the derivative of the modified normal.
-    Dnmod {
-        /// ∂n of the interpolated normal, as in the paper.
-        Paper = "paper",
-        /// ∂n⊥ = ∂n − n⟨n,∂n⟩/⟨n,n⟩ of the interpolated normal.
-        Normal = "normal",
-        /// ∂n⊥ + b1 ∂e1 + b2 ∂e2: the local frame turns with the normal.
-        Frame = "frame",
-    } default Normal
-}
-
-literals! {
-    /// Where the entries of the angle table lie inside −45°…+45°.
-    Placement {
-        /// Entry k at −45° + 90°·k/n; 0° is an entry.
-        Edges = "edges",
-        /// Entry k at −45° + 90°·(k + ½)/n, the centre of its bin.
-        Centres = "centres",
-    } default Edges
-}
-
-literals! {
-    /// What is interpolated between texels and levels of the roughness pyramid.
-    RoughnessInterpolation {
-        /// The moments; B is formed after the interpolation.
-        Moments = "moments",
-        /// d1, d2, d3, because B is what the paper stores.
-        Factors = "factors",
-    } default Moments
-}
-
-literals! {
-    /// Where the mean curvature of the bump map inside a footprint is counted.
-    Curvature {
-        /// In the roughness pyramid, as in the paper.
-        Pyramid = "pyramid",
-        /// In ∂n; its trend is taken out of the pyramid (the paper's footnote 2).
-        Surface = "surface",
-    } default Pyramid
-}
-
-literals! {
-    /// Whose rules of a ray cone hold.
-    ConeRules {
-        /// The formulas of the note.
-        Note = "note",
-        /// OptiX Toolkit's code: no reflection, refraction or scatter from ¼ rad on; a scatter goes away from
-        /// zero and ends diffuse at ±¼ rad; the projection keeps the sign of w.
-        Otk = "otk",
-    } default Note
-}
-
-literals! {
-    /// What a scatter writes that OptiX Toolkit's code calls diffuse (`cone.rules = "otk"`).
-    SetDiffuse {
-        /// Angle ¼, width |w|, as was meant.
-        Angle = "angle",
-        /// Angle |w|, width ¼: the two exchanged, as the code has it.
-        Exchanged = "exchanged",
-    } default Angle
-}
-
-literals! {
-    /// How ddx and ddy follow from dPdx and dPdy on a general surface.
-    ConeGradient {
-        /// The note's quotients of dot products, exact where dPds ⟂ dPdt.
-        Otk = "otk",
-        /// The 2×2 normal equations: exact for any dPds, dPdt.
-        Gram = "gram",
-    } default Gram
-}
-
-literals! {
-    /// Gradients of a bare cone on a cube map.
-    ConeEnv {
-        /// The constant 2α/π per [0, 1] of a face.
-        Otk = "otk",
-        /// The Jacobian of the face coordinates.
-        Exact = "exact",
-    } default Exact
-}
-
-literals! {
-    /// Which footprint a texture request takes from the ray.
-    ConeMetric {
-        /// The ray cones.
-        Cone = "cone",
-        /// The distance along the path times a pixel's angle, whatever curved surfaces did to the ray.
-        Distance = "distance",
-    } default Cone
-}
-
-literals! {
-    /// What a 2-D texture shows beyond its edge.
-    Wrap {
-        /// The texture again.
-        Repeat = "repeat",
-        /// Its edge texels.
-        Clamp = "clamp",
-        /// The texture, every second time mirrored.
-        Mirror = "mirror",
-    } default Repeat
-}
-
-literals! {
-    /// How HIT finds its next ray parameter.
-    Method {
-        /// The paper's: towards the far point (eq. 2) until a step overshoots, then between both ends (eq. 3).
-        FalsePosition = "false-position",
-        /// Before an overshoot the line through the last two results, at most 4·dist(R) long; eq. 3 after it.
-        Secant = "secant",
-        /// False position; on a second result on the same side in a row the other end's residual is halved.
-        Illinois = "illinois",
-    } default FalsePosition
-}
-
-literals! {
-    /// How a distance is read from its cube map.
-    LookUp {
-        /// The texel that the direction meets.
-        Nearest = "nearest",
-        /// Bilinear between four texels of level 0.
-        Bilinear = "bilinear",
-    } default Bilinear
-}
-
-literals! {
-    /// The shape of a ray cone's footprint at the hit.
-    HitFootprint {
-        /// A disc across the ray.
-        Disc = "disc",
-        /// The cone's cut with the wall's plane.
-        Plane = "plane",
-    } default Disc
-}
-
-literals! {
-    /// What HIT does with a ray that starts outside of the reference surface.
-    Outside {
-        /// Stops there with the status `outside`.
-        Stop = "stop",
-        /// Goes on, as the paper's HLSL does.
-        Hlsl = "hlsl",
-    } default Stop
-}
-
-literals! {
-    /// How a ray's search for its hit ended.
-    HitStatus {
-        /// The last ratio lies within 1 ± τ.
-        Converged = "converged",
-        /// The steps ran out.
-        MaxIterations = "max-iterations",
-        /// No step is left: a denominator of 0, a step of 0, or a bracket of one unit.
-        Stalled = "stalled",
-        /// Nothing lies in the ray's direction: the map's distance there is infinite.
-        Escaped = "escaped",
-        /// The ray starts on the reference surface.
-        AtSurface = "at-surface",
-        /// The ray starts outside of the reference surface.
-        Outside = "outside",
-    } default MaxIterations
-}
-
-/// Most look-ups of a HIT loop.
-pub const MAX_ITERATIONS: u32 = 64;
-/// Most bits of HIT's tolerance τ = 2^−bits.
-pub const MAX_TOLERANCE_BITS: u32 = 24;
-
-/// Policies of the HIT operation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct HitPolicy {
-    /// Most look-ups in the loop (0…[`MAX_ITERATIONS`]).
-    pub iterations: u32,
-    /// How the next ray parameter is found.
-    pub method: Method,
-    /// τ = 2^−bits (1…[`MAX_TOLERANCE_BITS`]); `None` is τ = 0.
-    pub tolerance_bits: Option<u32>,
-    /// How a distance is read.
-    pub look_up: LookUp,
-    /// The footprint's shape at the hit.
-    pub footprint: HitFootprint,
-    /// What becomes of a ray that starts outside.
-    pub outside: Outside,
-}
-
-impl Default for HitPolicy {
-    fn default() -> Self {
-        Self {
-            iterations: 4,
-            method: Method::default(),
-            tolerance_bits: Some(10),
-            look_up: LookUp::default(),
-            footprint: HitFootprint::default(),
-            outside: Outside::default(),
+impl Policy {
+    /// What all engines honour, and the defaults of the integer model's own knobs.
+    #[must_use]
+    pub fn shared(&self) -> Self {
+        let (mut out, plain) = (*self, Self::default());
+        for row in ROWS.iter().filter(|row| !row.all_engines) {
+            if let Place::Policy(get, set) = row.place {
+                set(&mut out, get(&plain));
+            }
         }
+        out
     }
 }
 
-/// Most anisotropy of a cone's footprint on a surface that is seen at a grazing angle.
-pub const MAX_ANISOTROPY: u32 = 64;
-
-/// Policies of the TEX operation and of the cones that drive it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct TexPolicy {
-    /// |D·N| counts as at least 1/this (1…[`MAX_ANISOTROPY`]).
-    pub max_anisotropy: u32,
-    /// How ddx and ddy follow from dPdx and dPdy.
-    pub gradient: ConeGradient,
-    /// Gradients of a bare cone on a cube map.
-    pub env: ConeEnv,
-    /// Cones of a ray, 1 or 2.
-    pub cones: u32,
-    /// Which footprint a request takes from its ray.
-    pub metric: ConeMetric,
+impl AddressPolicy {
     /// What lies beyond a texture's edges, column- and row-wise.
-    pub wrap: [Wrap; 2],
+    #[must_use]
+    pub const fn wrap(&self) -> [Wrap; 2] {
+        [self.wrap_s, self.wrap_t]
+    }
 }
 
-impl Default for TexPolicy {
-    fn default() -> Self {
-        Self {
-            max_anisotropy: 16,
-            gradient: ConeGradient::default(),
-            env: ConeEnv::default(),
-            cones: 2,
-            metric: ConeMetric::default(),
-            wrap: [Wrap::default(); 2],
+impl Count {
+    /// Whether the probe line's ends are probes themselves.
+    #[must_use]
+    #[inline(always)]
+    pub const fn has_end_points(self) -> bool {
+        match self {
+            Self::Feline => true,
+            Self::Ceil | Self::Round | Self::Pow2 => false,
+        }
+    }
+
+    /// The greatest M/m whose count is at most `max`, as a numerator and a denominator: m is at least that share of M.
+    #[must_use]
+    pub fn most(self, max: u32) -> [u32; 2] {
+        let max = max.max(1);
+        match self {
+            Self::Ceil | Self::Round => [max, 1],
+            Self::Pow2 => [1 << max.ilog2(), 1],
+            Self::Feline => [max + 1, 2],
         }
     }
 }

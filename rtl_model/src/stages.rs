@@ -50,27 +50,7 @@ impl Roms {
     /// Builds the tables of a configuration.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let tables = &config.tables;
-        for (name, spec, max_order, max_newton) in [
-            ("recip", tables.recip, 2, 3),
-            ("rsqrt", tables.rsqrt, 2, 3),
-            ("sqrt", tables.sqrt, 2, 3),
-            ("log2", tables.log2, 2, 0),
-        ] {
-            check(name, "entries", spec.entries, "a power of two from 2 to 4096", |n| {
-                n.is_power_of_two() && (2..=4096).contains(&n)
-            })?;
-            check(name, "order", spec.order, "0, 1 or 2", |n| n <= max_order)?;
-            check(name, "frac", spec.frac, "2 to 28 bits", |n| (2..=28).contains(&n))?;
-            let expected = if max_newton == 0 { "0" } else { "0 to 3 steps" };
-            check(name, "newton", spec.newton, expected, |n| n <= max_newton)?;
-        }
-        let eigen = tables.eigen;
-        check("eigen", "entries", eigen.entries, "an even number from 2 to 1024", |n| {
-            n % 2 == 0 && (2..=1024).contains(&n)
-        })?;
-        check("eigen", "order", eigen.order, "0 or 1", |n| n <= 1)?;
-        check("eigen", "frac", eigen.frac, "4 to 28 bits", |n| (4..=28).contains(&n))?;
-        check("eigen", "newton", eigen.newton, "0", |n| n == 0)?;
+        config.check()?;
         let rom = |name: &str, function, spec| {
             Rom::new(function, spec).ok_or_else(|| ConfigError {
                 path: format!("tables.{name}.frac"),
@@ -83,30 +63,15 @@ impl Roms {
             rsqrt: rom("rsqrt", Function::Rsqrt, tables.rsqrt)?,
             sqrt: rom("sqrt", Function::Sqrt, tables.sqrt)?,
             log2: rom("log2", Function::Log2, tables.log2)?,
-            angle: AngleRom::new(eigen, config.placement).ok_or_else(|| ConfigError {
-                path: "tables.eigen.frac".into(),
-                expected: "a width at which every entry rounds correctly".into(),
-                found: "an entry too near to a tie".into(),
+            angle: AngleRom::new(tables.eigen, config.policy.eigen.placement).ok_or_else(|| {
+                ConfigError {
+                    path: "tables.eigen.frac".into(),
+                    expected: "a width at which every entry rounds correctly".into(),
+                    found: "an entry too near to a tie".into(),
+                }
             })?,
         })
     }
-}
-
-fn check(
-    table: &str,
-    knob: &str,
-    value: u32,
-    expected: &str,
-    legal: impl Fn(u32) -> bool,
-) -> Result<(), ConfigError> {
-    if legal(value) {
-        return Ok(());
-    }
-    Err(ConfigError {
-        path: format!("tables.{table}.{knob}"),
-        expected: expected.into(),
-        found: format!("{value}"),
-    })
 }
 
 /// Refuses an exact sum that needs more magnitude bits than the model's integers have.

@@ -3,7 +3,8 @@
 //! Texels are finite and not negative when they come here; NaN, negative numbers and −∞ become 0 and
 //! +∞ the largest code, so that any word is defined.
 
-use crate::config::{Config, TexelFormat};
+use crate::config::Config;
+use crate::policy::TexelFormat;
 
 /// m · 2^e of a non-negative binary32 word; negative and NaN are 0, +∞ is `None`.
 fn unpack(word: u32) -> Option<(u64, i32)> {
@@ -133,10 +134,10 @@ pub fn to_rgb9e5(words: [u32; 3]) -> ([u64; 3], i32) {
 /// One texel as the datapath sees it: `texel.frac` fraction bits, saturated at `texel.int` bits.
 #[must_use]
 pub fn decode(config: &Config, words: [u32; 3]) -> [i64; 3] {
-    let frac = i32::try_from(config.texel_frac).unwrap_or(0);
-    let max = (1u64 << (config.texel_int + config.texel_frac)) - 1;
+    let frac = i32::try_from(config.policy.texel.frac).unwrap_or(0);
+    let max = (1u64 << (config.policy.texel.int + config.policy.texel.frac)) - 1;
     let limit = |code: Option<u64>| code.unwrap_or(max).min(max).cast_signed();
-    match config.texel_format {
+    match config.policy.texel.format {
         TexelFormat::Q => words.map(|w| limit(unpack(w).and_then(|(m, e)| round(m, e + frac)))),
         TexelFormat::Half => words.map(|w| {
             let q24 = half_to_q24(to_half(w)).cast_unsigned();
@@ -158,7 +159,9 @@ pub fn decode(config: &Config, words: [u32; 3]) -> [i64; 3] {
 /// Whether the datapath holds every finite half as it is, so that texels may stay halves in memory.
 #[must_use]
 pub fn keeps_half(config: &Config) -> bool {
-    config.texel_format == TexelFormat::Half && config.texel_frac == 24 && config.texel_int >= 16
+    config.policy.texel.format == TexelFormat::Half
+        && config.policy.texel.frac == 24
+        && config.policy.texel.int >= 16
 }
 
 #[cfg(test)]

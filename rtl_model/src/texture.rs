@@ -149,7 +149,7 @@ impl Texture {
         faces: usize,
         texel: impl Fn(usize, usize, [i64; 2]) -> [[u32; 3]; 3],
     ) -> Result<Self, ConfigError> {
-        check_texel(config)?;
+        config.check()?;
         let mut levels = Vec::new();
         let mut total = 0;
         for size in sizes {
@@ -275,23 +275,4 @@ fn check_levels<S>(
         expected: alloc::format!("at least one level, each of {texels} texels"),
         found,
     })
-}
-
-/// Refuses decoded texels that the filter's sums have no room for.
-pub fn check_texel(config: &Config) -> Result<(), ConfigError> {
-    if !(1..=17).contains(&config.texel_int) {
-        return Err(ConfigError {
-            path: "texel.int".into(),
-            expected: "1 to 17 integer bits".into(),
-            found: alloc::format!("{}", config.texel_int),
-        });
-    }
-    if !(4..=24).contains(&config.texel_frac) {
-        return Err(ConfigError {
-            path: "texel.frac".into(),
-            expected: "4 to 24 fraction bits".into(),
-            found: alloc::format!("{}", config.texel_frac),
-        });
-    }
-    Ok(())
 }

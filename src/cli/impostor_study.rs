@@ -210,7 +210,7 @@ impl<'a> Subject<'a> {
     /// By the float reference.
     fn by_f64(&self, table: &'static str, policy: HitPolicy) -> Line {
         let mut settings = UnitSpec::default().settings(ReferenceAxis::Exact);
-        settings.hit = policy;
+        settings.policy.hit = policy;
         let engine = HitF64::new(&settings, &self.distance, None, 1);
         let results = engine.filter(&self.rays, &|_| {});
         let found: Vec<Found> = results.iter().map(Found::from).collect();
@@ -233,7 +233,7 @@ impl<'a> Subject<'a> {
         frac: u32,
     ) -> Result<Line, InputError> {
         let mut spec = UnitSpec::default();
-        spec.config.hit = policy;
+        spec.config.policy.hit = policy;
         if let Some(format) = spec.config.formats.get_mut(Reg::HitDistance.index()) {
             format.frac = frac;
         }

@@ -34,7 +34,7 @@ pub fn rows(steps: u32) -> Vec<Row> {
     let nothing = Distance::nothing();
     let engine = |env: ConeEnv| {
         let mut settings = Settings::default();
-        settings.tex.env = env;
+        settings.policy.cone.env = env;
         HitF64::new(&settings, &nothing, None, 256)
     };
     let [exact, constant] = [ConeEnv::Exact, ConeEnv::Otk].map(engine);

@@ -93,8 +93,8 @@ pub fn study(
     let mut rows = Vec::new();
     for (index, (_, format, rounding)) in FORMATS.into_iter().enumerate() {
         let mut spec = spec.clone();
-        spec.config.cone.format = format;
-        spec.config.cone.rounding = rounding;
+        spec.config.policy.cone.format = format;
+        spec.config.policy.cone.rounding = rounding;
         let engine = TexEngine::new(&spec, subject)?;
         let parts: Vec<Part> = (0..subject.scene.height)
             .into_par_iter()
@@ -119,7 +119,11 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
     };
     let cfg = &engine.textures[0].unit.cone;
     let mut registers = RtlCones::new(cfg, &scene.camera);
-    let mut doubles = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
+    let mut doubles = FloatCones::new(
+        &scene.camera,
+        settings.policy.cone.rules,
+        settings.policy.cone.set_diffuse,
+    );
     let mut path = Path::default();
     for column in 0..scene.width {
         for sample in 0..scene.samples {
@@ -129,13 +133,13 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
             registers.ray(pixel * u64::from(scene.samples) + u64::from(sample));
             let mut exact = Vec::new();
             let lens = scene.camera.lens;
-            walk(&mut doubles, &settings.tex, lens, &path, &mut |asked, cone| {
+            walk(&mut doubles, &settings.policy.cone, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(_) = asked {
                     exact.push(cone.width.0);
                 }
             });
             let mut next = exact.iter();
-            walk(&mut registers, &settings.tex, lens, &path, &mut |asked, cone| {
+            walk(&mut registers, &settings.policy.cone, lens, &path, &mut |asked, cone| {
                 let Asked::Look(look) = asked else { return };
                 let Some(&exact) = next.next() else { return };
                 let map = &scene.textures[look.texture];
@@ -162,7 +166,7 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
                     let key = (group(look.bounce), look.texture);
                     let tiles = part.tiles[kind]
                         .entry(key)
-                        .or_insert_with(|| Tiles::new(map, settings.tex.wrap));
+                        .or_insert_with(|| Tiles::new(map, settings.policy.address.wrap()));
                     unit.unit.footprints(&state, 0, texture, &mut |at| {
                         tiles.touch(at.level, at.texel);
                     });

@@ -106,8 +106,8 @@ pub fn render(
     progress: Progress<'_>,
 ) -> Result<Taken, InputError> {
     let mut spec = spec.clone();
-    spec.config.tex.metric = variant.metric;
-    spec.config.tex.cones = variant.cones;
+    spec.config.policy.cone.metric = variant.metric;
+    spec.config.policy.cone.count = variant.cones;
     let scene = build(variant.scene, options, floor.cloned())?;
     let subject = TexSubject::new(scene, sky.clone());
     let engine = TexEngine::new(&spec, &subject)?;

@@ -49,8 +49,8 @@ fn widest(spec: &UnitSpec, needs: Needs, size: u32) -> UnitSpec {
         (table.entries, table.order, table.frac, table.newton) = (1024, 2, 28, 1);
     }
     (tables.log2.entries, tables.log2.order, tables.log2.frac) = (1024, 2, 28);
-    if wide.config.axis == Axis::EigenTable {
-        wide.config.axis = Axis::EigenExact;
+    if wide.config.policy.footprint.axis == Axis::EigenTable {
+        wide.config.policy.footprint.axis = Axis::EigenExact;
     }
     if !fits(&wide.config, needs, size) {
         return spec.clone();
@@ -135,9 +135,9 @@ pub fn attribute(spec: &UnitSpec, subject: &Subject) -> Result<Vec<Part>, InputE
             }
             add(format!("tables.{name}"), &changed)?;
         }
-        if spec.config.axis == Axis::EigenTable {
+        if spec.config.policy.footprint.axis == Axis::EigenTable {
             let mut changed = wide.clone();
-            changed.config.axis = Axis::EigenTable;
+            changed.config.policy.footprint.axis = Axis::EigenTable;
             add("tables.eigen".into(), &changed)?;
         }
         parts.push(part("weights and sub-texels".into(), &reference, &exact)?);

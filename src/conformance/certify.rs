@@ -10,7 +10,6 @@ use rtl_model::tables::rom::PORT_FRAC;
 use crate::base::num;
 use crate::engine::tex::value;
 use crate::error::InputError;
-use crate::policy::Count;
 use crate::unit::bounds::words::TableErrors;
 use crate::unit::{UnitSpec, refused};
 
@@ -116,13 +115,13 @@ fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
 
 /// Gaussian weights: their sums and their shapes.
 fn probe_weights(spec: &UnitSpec, out: &mut Vec<Certified>) {
-    let (bits, feline) = (spec.config.probe_weight_bits, spec.config.count == Count::Feline);
+    let policy = &spec.config.policy.footprint;
     let (mut inputs, mut off) = (0, 0);
-    for count in 1..=spec.config.max_probes {
-        let table = weights(count, bits, feline);
+    for count in 1..=policy.max_probes {
+        let table = weights(count, policy.weight_bits, policy.count.has_end_points());
         inputs += u64::from(count);
         let sum: i64 = table.iter().sum();
-        off = off.max((sum - (1 << bits)).abs());
+        off = off.max((sum - (1 << policy.weight_bits)).abs());
         off += i64::from(table.iter().any(|w| *w < 0));
     }
     #[expect(clippy::cast_precision_loss, reason = "a small count")]
@@ -144,7 +143,7 @@ fn levels(spec: &UnitSpec, out: &mut Vec<Certified>) -> Result<(), InputError> {
         return Ok(());
     }
     let frac = num::i32(format.frac);
-    let bits = num::i32(spec.config.lod_bits);
+    let bits = num::i32(spec.config.policy.filter.lod_bits);
     let mut worst = 0.0f64;
     for code in 0..=format.max_raw() {
         let (level, weight) = cfg.level(code, usize::MAX);
@@ -167,8 +166,8 @@ fn levels(spec: &UnitSpec, out: &mut Vec<Certified>) -> Result<(), InputError> {
 
 /// Stores of cones: every binary16 number and the 256 places between it and the next.
 fn stores(spec: &UnitSpec, out: &mut Vec<Certified>) {
-    let format: SmallFloat = spec.config.cone.format.float();
-    let rounding = spec.config.cone.rounding;
+    let format: SmallFloat = spec.config.policy.cone.format.float();
+    let rounding = spec.config.policy.cone.rounding;
     let largest = format.unpack(format.largest()).0;
     let top = value(largest);
     let worst = (0..0x7c00u32 << 8)

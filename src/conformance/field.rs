@@ -181,7 +181,9 @@ impl Field {
             }
             Carries::Face => Self::choice(stage, name, crate::cube::FACE_NAMES.to_vec(), text),
             Carries::Bit => Self::count(stage, name, [0, 1], text),
-            Carries::Count => Self::count(stage, name, [1, i64::from(config.max_probes)], text),
+            Carries::Count => {
+                Self::count(stage, name, [1, i64::from(config.policy.footprint.max_probes)], text)
+            }
             Carries::Codes(_) | Carries::Mantissas(_) | Carries::Floating(_) => {
                 let reg = wire.register(0).map_or(Reg::ReflectV, |(reg, _)| reg);
                 // Shared between registers: the widest field, each component within its own.
@@ -266,7 +268,7 @@ pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
         let names = crate::cube::FACE_NAMES.to_vec();
         Some(Field::choice(stage, "face", names, "face that the direction meets"))
     } else if stage == Stage::Footprint {
-        let most = i64::from(config.max_probes);
+        let most = i64::from(config.policy.footprint.max_probes);
         Some(Field::count(stage, "count", [least, most], "probes"))
     } else {
         None
@@ -277,7 +279,7 @@ pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
 #[must_use]
 pub fn components(config: &Config, stage: Stage, reg: Reg) -> usize {
     let per_probe = matches!(stage, Stage::Address | Stage::Filter) && reg != Reg::FilterColor;
-    let probes = if per_probe { num::usize(config.max_probes) } else { 1 };
+    let probes = if per_probe { num::usize(config.policy.footprint.max_probes) } else { 1 };
     probes * reg.info().components
 }
 

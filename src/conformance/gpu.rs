@@ -85,7 +85,7 @@ fn ray(input: &[i64]) -> HitFragment {
 
 fn request(spec: &UnitSpec, input: &[i64]) -> (TexFragment, f64) {
     let mut reals = Reals(input.iter());
-    let width = value(spec.config.cone.format.float().unpack(reals.code()).0);
+    let width = value(spec.config.policy.cone.format.float().unpack(reals.code()).0);
     let (d, n, dp_ds, dp_dt) = (reals.many(), reals.many(), reals.many(), reals.many());
     let [s_b, s_c, t_b, t_c] = reals.many();
     let tangents = if reals.code() == 1 {
@@ -99,7 +99,7 @@ fn request(spec: &UnitSpec, input: &[i64]) -> (TexFragment, f64) {
 }
 
 fn operation(spec: &UnitSpec, input: &[i64]) -> (Cone, Step) {
-    let format = spec.config.cone.format.float();
+    let format = spec.config.policy.cone.format.float();
     let mut reals = Reals(input.iter());
     let operation = reals.code();
     let [angle, width] = [reals.code(), reals.code()].map(|code| value(format.unpack(code).0));

@@ -48,7 +48,7 @@ const ONCE: [Reg; 16] = [
 /// Numbers of a register of `hit`: one set a ray, or one for R, one for x and one for each look-up of the loop.
 fn searched(config: &Config, reg: Reg) -> usize {
     let each = reg.info().components;
-    if ONCE.contains(&reg) { each } else { each * (2 + num::usize(config.hit.iterations)) }
+    if ONCE.contains(&reg) { each } else { each * (2 + num::usize(config.policy.hit.iterations)) }
 }
 
 /// Registers that the footprint at the hit writes of other stages, and those of the back end.
@@ -107,7 +107,7 @@ impl HitBench {
         }
         let names = HitStatus::ALL.iter().map(|s| s.name()).collect();
         outputs.push(Field::choice(stage, "status", names, "how the search ended"));
-        let most = i64::from(config.hit.iterations);
+        let most = i64::from(config.policy.hit.iterations);
         outputs.push(Field::count(stage, "iterations", [0, most], "look-ups in the loop"));
         outputs.push(Field::flags(stage, &regs));
         if whole {

@@ -172,11 +172,11 @@ pub fn thin(spec: &UnitSpec, turns: u32) -> Result<Vec<Thin>, InputError> {
             .map_err(refused)?;
         Ok((spec, unit))
     };
-    let by_paper = unit(&|s| s.config.minor = Minor::Paper)?;
-    let by_det = unit(&|s| s.config.minor = Minor::Det)?;
+    let by_paper = unit(&|s| s.config.policy.eigen.minor = Minor::Paper)?;
+    let by_det = unit(&|s| s.config.policy.eigen.minor = Minor::Det)?;
     let table = |entries: u32| {
         move |s: &mut UnitSpec| {
-            s.config.axis = Axis::EigenTable;
+            s.config.policy.footprint.axis = Axis::EigenTable;
             s.config.tables.eigen.entries = entries;
         }
     };

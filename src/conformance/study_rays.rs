@@ -98,7 +98,7 @@ pub fn searches(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         let mine = rtl.trace(ray, &mut RtlProbe::default()).0;
         Row {
             name: name.into(),
-            paper: hlsl(ray, spec.config.hit.iterations),
+            paper: hlsl(ray, spec.config.policy.hit.iterations),
             rtl: found(&mine),
             f64: found(float),
             flags: mine.flags,
@@ -110,7 +110,7 @@ pub fn searches(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
 /// Every row of the cones' operations by OTK's formulas as the note writes them, in doubles, by the registers and by the float reference.
 pub fn cones(spec: &UnitSpec) -> Vec<Row> {
     let cfg = Cfg::new(&spec.config);
-    let knobs = &spec.config.cone;
+    let knobs = &spec.config.policy.cone;
     let rows = OPERATIONS.into_iter().map(|(operation, [a, w], [x, y, z])| {
         let name = usize::try_from(operation).ok().and_then(|k| NAMES.get(k));
         let name = name.copied().unwrap_or("propagate");

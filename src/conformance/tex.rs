@@ -29,7 +29,7 @@ pub struct TexBench {
 
 /// A field of a cone's code.
 pub(super) fn small(config: &Config, stage: Stage, name: &str, text: &str) -> Field {
-    let bits = config.cone.format.float().width();
+    let bits = config.policy.cone.format.float().width();
     Field::new(stage, name, 1, (false, bits), Meaning::Small, text)
 }
 
@@ -57,7 +57,7 @@ impl TexBench {
         let mut regs = Vec::new();
         for reg in registers(stage) {
             let gram = [Reg::SurfPlane, Reg::SurfTurned].contains(&reg);
-            if gram && config.tex.gradient != ConeGradient::Gram {
+            if gram && config.policy.cone.gradient != ConeGradient::Gram {
                 continue;
             }
             regs.push(reg);

@@ -6,7 +6,7 @@ use rtl_model::regs as model;
 use rtl_model::stages::ray_cone::{self as rtl, Cfg, camera as rtl_camera};
 
 use super::dispatch::{self, Level, Task};
-use crate::policy::{ConeMetric, ConeRules, SetDiffuse, TexPolicy};
+use crate::policy::{ConeMetric, ConePolicy, ConeRules, SetDiffuse};
 use crate::reference::ray_cone::{self as float, Step, camera as float_camera};
 use crate::scene::tex::camera::{Camera, Lens};
 use crate::scene::tex::path::{Event, Look, Path};
@@ -203,7 +203,7 @@ pub enum Asked<'a> {
 /// `cone.metric = "distance"` there is the pinhole's cone only, and nothing but distances changes it.
 pub fn walk<C: Cones>(
     cones: &mut C,
-    policy: &TexPolicy,
+    policy: &ConePolicy,
     lens: Lens,
     path: &Path,
     each: &mut dyn FnMut(Asked<'_>, C::Cone),
@@ -220,7 +220,7 @@ pub fn walk<C: Cones>(
         (false, Lens::Orthographic) => [cones.orthographic(), cones.thin_lens(d, one_pixel)],
         (false, Lens::Thin { width }) => [cones.thin_lens(d, width), cones.pinhole(d)],
     };
-    let single = distance || policy.cones < 2;
+    let single = distance || policy.count < 2;
     let exception = !matches!(lens, Lens::Thin { .. });
     let mut bounced = false;
     for event in &path.events {

@@ -18,7 +18,7 @@ use crate::gpu::kernels::{Fused, Kernel};
 use crate::gpu::maps::Maps;
 use crate::gpu::policy::{Policy, Tables, to_f32};
 use crate::gpu::{Gpu, GpuError};
-use crate::policy::{Axis, Count, Weights};
+use crate::policy::{Axis, Weights};
 use crate::reference::angle::Angles;
 use crate::reference::{Flag, probe_weights};
 use crate::settings::Settings;
@@ -66,17 +66,18 @@ pub fn flag_names(flags: u32) -> Vec<&'static str> {
 #[must_use]
 pub fn tables(settings: &Settings) -> Tables {
     let mut out = Tables::default();
-    if settings.weights == Weights::Gaussian {
-        let end_points = settings.count == Count::Feline;
-        let most = settings.max_probes.clamp(1, crate::gpu::policy::MOST_PROBES);
+    if settings.policy.footprint.weights == Weights::Gaussian {
+        let policy = &settings.policy.footprint;
+        let end_points = policy.count.has_end_points();
+        let most = policy.max_probes.clamp(1, crate::gpu::policy::MOST_PROBES);
         #[expect(clippy::cast_precision_loss, reason = "the kernels count in f32")]
         let weights = (1..=most)
-            .flat_map(|count| probe_weights(count, settings.probe_weight_bits, end_points))
+            .flat_map(|count| probe_weights(count, policy.weight_bits, end_points))
             .map(|weight| weight as f32);
         out.weights = weights.collect();
     }
     let table = settings.reference_table;
-    if let Some(table) = table.filter(|_| settings.axis == Axis::EigenTable) {
+    if let Some(table) = table.filter(|_| settings.policy.footprint.axis == Axis::EigenTable) {
         let (angles, boundaries, order, tan_step) = Angles::new(table).parts();
         out.angles = angles.into_iter().map(|pair| pair.map(to_f32)).collect();
         out.boundaries = boundaries;

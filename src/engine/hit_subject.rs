@@ -20,7 +20,7 @@ use crate::fragment::HitFragment;
 use crate::gpu::GpuError;
 use crate::impostor::{Impostor, WallCube};
 use crate::picture::Picture;
-use crate::policy::{HitPolicy, HitStatus, Method};
+use crate::policy::{HitStatus, Method};
 use crate::reference::{NoTap, Texture, ewa_counted};
 use crate::scene::hit::HitScene;
 use crate::scene::hit::view::Finish;
@@ -72,10 +72,10 @@ pub fn lit(scene: &mut HitScene) -> (Impostor, Option<Lit>) {
     };
     let photons = photons(&lamp, &*scene.view.object, scene.bound, index);
     let distance = Distance::Cube(impostor.distance.clone());
-    let settings = Settings {
-        hit: HitPolicy { method: Method::Secant, iterations: 10, ..HitPolicy::default() },
-        ..Settings::default()
-    };
+    let settings = Settings::default().with(|p| {
+        p.hit.method = Method::Secant;
+        p.hit.iterations = 10;
+    });
     let engine = HitF64::new(&settings, &distance, None, 1);
     let results = engine.filter(&rays_of(&photons), &|_| {});
     let caustic = searched(&scene.view.world, &impostor.walls, &photons, &ends(&results));

@@ -28,7 +28,7 @@ pub fn texture(config: &Config, map: &PlanarMap) -> Result<Texture, ConfigError>
         .zip(&words)
         .map(|(level, words)| PlanarSource { size: level.size, words })
         .collect();
-    Texture::planar(config, &sources, config.tex.wrap)
+    Texture::planar(config, &sources, config.policy.address.wrap())
 }
 
 /// A request as the unit's ports take it.

@@ -49,7 +49,7 @@ impl TexSubject {
             out.paths += before.elapsed().as_secs_f64();
             cones.ray(number);
             let lens = self.scene.camera.lens;
-            walk(&mut cones, &settings.tex, lens, path, &mut |asked, cone| match asked {
+            walk(&mut cones, &settings.policy.cone, lens, path, &mut |asked, cone| match asked {
                 Asked::Look(look) => out.looks[look.texture].push(Request {
                     column,
                     weight: look.weight / f64::from(self.scene.samples),
@@ -76,11 +76,15 @@ impl TexSubject {
     pub(super) fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
         let mut out = AskedF64 { looks: Vec::new(), sky: Vec::new(), paths: 0.0 };
         let scene = &self.scene;
-        let mut cones = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
+        let mut cones = FloatCones::new(
+            &scene.camera,
+            settings.policy.cone.rules,
+            settings.policy.cone.set_diffuse,
+        );
         let mut before = Instant::now();
         scene_row(scene, y, &mut |column, _, path| {
             out.paths += before.elapsed().as_secs_f64();
-            walk(&mut cones, &settings.tex, scene.camera.lens, path, &mut |asked, cone| {
+            walk(&mut cones, &settings.policy.cone, scene.camera.lens, path, &mut |asked, cone| {
                 let part = 1.0 / f64::from(scene.samples);
                 match asked {
                     Asked::Look(look) => out.looks.push(Request {
@@ -143,7 +147,7 @@ impl TexSubject {
             self.scene.path(at, [0, self.scene.samples], &mut path);
             cones.ray(num::u64((y * self.scene.width + column) * self.scene.samples as usize));
             let lens = self.scene.camera.lens;
-            walk(&mut cones, &settings.tex, lens, &path, &mut |asked, cone| {
+            walk(&mut cones, &settings.policy.cone, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(look) = asked {
                     let width = value(cfg.width(cone.width));
                     each(column, look, &words(&look.fragment, cone), width);

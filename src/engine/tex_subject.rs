@@ -204,7 +204,8 @@ impl TexSubject {
         let mut row = Row::new(self.scene.width);
         row.flags.clone_from(&asked.flags);
         let maps = self.scene.textures.iter().zip(&engine.textures);
-        row.tiles = maps.map(|(map, unit)| Tiles::new(map, unit.config.tex.wrap)).collect();
+        row.tiles =
+            maps.map(|(map, unit)| Tiles::new(map, unit.config.policy.address.wrap())).collect();
         for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
             let mut at = 0;
             let each = |state: &TexState<LANES>, out: &Results<LANES>, len: usize| {
@@ -236,7 +237,7 @@ impl TexSubject {
 
     fn planar(&self, settings: &Settings) -> Vec<PlanarTexture<'_>> {
         let textures = self.scene.textures.iter();
-        textures.map(|map| PlanarTexture::new(map, settings.tex.wrap)).collect()
+        textures.map(|map| PlanarTexture::new(map, settings.policy.address.wrap())).collect()
     }
 
     /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
@@ -375,7 +376,7 @@ impl TexSubject {
         let start = Instant::now();
         let textures = self.planar(settings);
         let cube = PaddedCube::new(&self.sky.levels[0]);
-        let wrap = settings.tex.wrap;
+        let wrap = settings.policy.address.wrap();
         let turn = settings.rotation;
         let shade = |px: f64, py: f64| {
             let mut path = Path::default();

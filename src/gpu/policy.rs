@@ -114,43 +114,43 @@ impl Policy {
     /// The choices of the settings, without any map.
     #[must_use]
     pub fn new(settings: &Settings, tables: &Tables) -> Self {
-        let s = settings;
+        let (s, policy) = (settings, &settings.policy);
         Self {
             rotation: s.rotation.map(|r| row(r, 0.0)),
             rotated: s.rotation != crate::settings::IDENTITY,
             roughness_scale: to_f32(s.roughness_scale),
-            dnmod: s.dnmod as u32,
-            minor: s.minor as u32,
-            axis: s.axis as u32,
-            count: s.count as u32,
-            max_probes: s.max_probes.clamp(1, MOST_PROBES),
+            dnmod: policy.jacobian.dnmod as u32,
+            minor: policy.eigen.minor as u32,
+            axis: policy.footprint.axis as u32,
+            count: policy.footprint.count as u32,
+            max_probes: policy.footprint.max_probes.clamp(1, MOST_PROBES),
             size: [1, 1],
             levels: 1,
-            weighted: s.weights == Weights::Gaussian,
+            weighted: policy.footprint.weights == Weights::Gaussian,
             weights: 0,
             angled: !tables.angles.is_empty(),
             angles: small(tables.weights.len()),
             boundaries: small(tables.boundaries),
             angle_order: tables.angle_order,
             tan_step: tables.tan_step,
-            iterations: s.hit.iterations,
-            method: s.hit.method as u32,
-            tau: s
+            iterations: policy.hit.iterations,
+            method: policy.hit.method as u32,
+            tau: policy
                 .hit
                 .tolerance_bits
                 .map_or(0.0, |bits| to_f32(1.0 / f64::from(1u32 << bits.min(31)))),
-            look_up: s.hit.look_up as u32,
-            hit_footprint: s.hit.footprint as u32,
-            outside: s.hit.outside as u32,
+            look_up: policy.hit.lookup as u32,
+            hit_footprint: policy.hit.footprint as u32,
+            outside: policy.hit.outside as u32,
             distance_size: 1,
-            cone_env: s.tex.env as u32,
-            cone_rules: s.cone_rules as u32,
-            set_diffuse: s.set_diffuse as u32,
-            max_anisotropy: s.tex.max_anisotropy.max(1),
-            gradient: s.tex.gradient as u32,
-            wrap: s.tex.wrap.map(|wrap| wrap as u32),
-            cones: s.tex.cones,
-            by_distance: s.tex.metric == ConeMetric::Distance,
+            cone_env: policy.cone.env as u32,
+            cone_rules: policy.cone.rules as u32,
+            set_diffuse: policy.cone.set_diffuse as u32,
+            max_anisotropy: policy.surface_footprint.max_anisotropy.max(1),
+            gradient: policy.cone.gradient as u32,
+            wrap: policy.address.wrap().map(|wrap| wrap as u32),
+            cones: policy.cone.count,
+            by_distance: policy.cone.metric == ConeMetric::Distance,
             picture: [1, 1],
             ..Self::default()
         }

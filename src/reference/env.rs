@@ -109,7 +109,10 @@ pub(super) fn back_end<T: Tap>(
     let size = texture.map_or(face_size, Texture::size).max(1);
     let chain = Chain { size, levels: texture.map_or(size.ilog2() as usize + 1, Texture::levels) };
     let mut flags = front.flags;
-    let rule = Rule { count: settings.count, max_probes: settings.max_probes };
+    let rule = Rule {
+        count: settings.policy.footprint.count,
+        max_probes: settings.policy.footprint.max_probes,
+    };
     let (lambda, axis) = (front.lambda, front.axis);
     let Footprint { probes, lod, step } = footprint(lambda, axis, chain, rule, &mut flags, tap);
     let levels = Levels::new(lod, chain.levels);
@@ -240,22 +243,27 @@ fn run_front<R: Real, T: Tap>(
         dv: [fragment.dv_dx, fragment.dv_dy].map(vector),
         dn: [fragment.dn_dx, fragment.dn_dy].map(vector),
     };
-    let jacobian = jacobian(&surface, &derivatives, settings.dnmod, rotation, tap);
+    let jacobian = jacobian(&surface, &derivatives, settings.policy.jacobian.dnmod, rotation, tap);
     let rough = frame.zip(fragment.rough).map(|(frame, d)| {
         let scale = R::from_f64(settings.roughness_scale);
         roughness(&surface, &frame, vector(d), scale, rotation, tap)
     });
     let b = rough.as_ref().map(|rough| &rough.b);
     let k = covariance(&jacobian.d, b, tap);
-    let axes =
-        eigen(k, [Some(&jacobian.d), b], (settings.axis, settings.minor), prepared.angles(), tap);
+    let axes = eigen(
+        k,
+        [Some(&jacobian.d), b],
+        (settings.policy.footprint.axis, settings.policy.eigen.minor),
+        prepared.angles(),
+        tap,
+    );
 
     let exact = trusted(
         k,
         jacobian.terms,
         rough.map_or(R::from_f64(0.0), |rough| rough.terms),
         axes.lambda,
-        settings.minor,
+        settings.policy.eigen.minor,
     ) && rotation.is_none_or(|_| {
         // A matrix that is no rotation may cancel what it is applied to.
         largest(reflection.v_r) * facing.inv_ma < R::from_f64(4096.0)

@@ -63,7 +63,7 @@ pub fn hit<T: Tap>(
     fragment: &HitFragment,
     tap: &mut T,
 ) -> Hit {
-    let policy = &prepared.settings().hit;
+    let policy = &prepared.settings().policy.hit;
     let mut flags = Flags::default();
     let mut changed = false;
     let x = clean(fragment.x, &mut changed);
@@ -82,7 +82,7 @@ pub fn hit<T: Tap>(
         None => q,
         Some(a) => a.map(|row| row[0] * q[0] + row[1] * q[1] + row[2] * q[2]),
     };
-    let read = |q: [f64; 3]| distance.read(turn(q), policy.look_up);
+    let read = |q: [f64; 3]| distance.read(turn(q), policy.lookup);
     put(tap, Stage::Hit, "x", &x);
     put(tap, Stage::Hit, "r", &r);
     let tau = policy.tolerance_bits.map_or(0.0, |bits| 1.0 / f64::from(1u32 << bits.min(31)));

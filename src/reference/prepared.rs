@@ -3,7 +3,7 @@
 use super::angle::Angles;
 use super::real::saturate;
 use super::weights::probe_weights;
-use crate::policy::{Axis, Count, Weights};
+use crate::policy::{Axis, Weights};
 use crate::settings::Settings;
 
 /// Most probes that the reference takes, whatever the settings say.
@@ -25,19 +25,21 @@ impl Prepared {
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
         let mut settings = settings.clone();
-        settings.max_probes = settings.max_probes.clamp(1, MOST_PROBES);
+        let policy = &mut settings.policy.footprint;
+        policy.max_probes = policy.max_probes.clamp(1, MOST_PROBES);
+        let policy = *policy;
         settings.roughness_scale = finite(settings.roughness_scale).0;
         settings.rotation = settings.rotation.map(|row| row.map(|x| finite(x).0));
         let identity = Settings::default().rotation;
         let rotated = settings.rotation != identity;
         let angles =
-            settings.reference_table.filter(|_| settings.axis == Axis::EigenTable).map(Angles::new);
-        let weights = match settings.weights {
+            settings.reference_table.filter(|_| policy.axis == Axis::EigenTable).map(Angles::new);
+        let weights = match policy.weights {
             Weights::Box => Vec::new(),
-            Weights::Gaussian => (1..=settings.max_probes)
+            Weights::Gaussian => (1..=policy.max_probes)
                 .flat_map(|count| {
-                    let end_points = settings.count == Count::Feline;
-                    probe_weights(count, settings.probe_weight_bits, end_points)
+                    let end_points = policy.count.has_end_points();
+                    probe_weights(count, policy.weight_bits, end_points)
                 })
                 .collect(),
         };

@@ -5,7 +5,7 @@ use super::real::Real;
 use super::tap::{Tap, put};
 use super::vector::{Vector, beside, cross, dot, scale, vector};
 use crate::fragment::{Tangents, TexFragment};
-use crate::policy::{ConeGradient, ConeRules, TexPolicy};
+use crate::policy::{ConeGradient, ConeRules, Policy};
 use crate::stage::Stage;
 
 /// A cone's ellipse on the surface and in the texture.
@@ -31,13 +31,13 @@ pub fn surface_footprint<R: Real, T: Tap>(
     fragment: &TexFragment,
     width: R,
     size: [usize; 2],
-    (policy, rules): (&TexPolicy, ConeRules),
+    policy: &Policy,
     flags: &mut Flags,
     tap: &mut T,
 ) -> SurfaceFootprint<R> {
     let zero = R::from_f64(0.0);
     let one = R::from_f64(1.0);
-    let otk = rules == ConeRules::Otk;
+    let otk = policy.cone.rules == ConeRules::Otk;
     let d = unit(vector::<R>(fragment.d));
     let n = unit(vector::<R>(fragment.n));
     let cosine = dot(d, n);
@@ -52,14 +52,15 @@ pub fn surface_footprint<R: Real, T: Tap>(
     let across = unit(if flat { beside(n) } else { crossed });
     let along = cross(n, across);
     let width = if otk { width } else { width.abs() };
-    let least = R::from_f64(1.0) / R::from_f64(f64::from(policy.max_anisotropy.max(1)));
+    let least =
+        R::from_f64(1.0) / R::from_f64(f64::from(policy.surface_footprint.max_anisotropy.max(1)));
     let seen = if flat { one } else { cosine.abs().larger(least) };
     let dp = [scale(width / seen, along), scale(width, across)];
     let (grad, edges) = match fragment.tangents {
         Tangents::Surface { dp_ds, dp_dt } => ([dp_ds, dp_dt], None),
         Tangents::Triangle { edges, st } => (edges, Some(st)),
     };
-    let grad = gradients(grad.map(vector), policy.gradient, flags, tap);
+    let grad = gradients(grad.map(vector), policy.cone.gradient, flags, tap);
     let dd = dp.map(|dp| {
         let [b, c] = grad.map(|grad| dot(dp, grad));
         match edges {

@@ -60,11 +60,15 @@ pub fn tex<T: Tap>(
     let fragment = cleaned(fragment, width, &mut flags);
     let size = texture.map_or(size, |texture| texture.level_size(0)).map(|n| n.max(1));
     let width = Wide::from_f64(finite(width).0);
-    let rules = (&settings.tex, settings.cone_rules);
-    let surface = surface_footprint(&fragment, width, size, rules, &mut flags, tap);
+    let surface = surface_footprint(&fragment, width, size, &settings.policy, &mut flags, tap);
     let k = covariance(&surface.d, None, tap);
-    let axes =
-        eigen(k, [Some(&surface.d), None], (settings.axis, settings.minor), prepared.angles(), tap);
+    let axes = eigen(
+        k,
+        [Some(&surface.d), None],
+        (settings.policy.footprint.axis, settings.policy.eigen.minor),
+        prepared.angles(),
+        tap,
+    );
     for (values, flag) in [
         (surface.d.as_flattened(), Flag::SurfSaturated),
         (&k, Flag::CovarianceSaturated),
@@ -77,7 +81,10 @@ pub fn tex<T: Tap>(
     let lambda = axes.lambda.map(|x| x.to_f64());
     // λ counts in texels: 2 texels are 2.
     let chain = Chain { size: 2, levels: size[0].max(size[1]).ilog2() as usize + 1 };
-    let rule = Rule { count: settings.count, max_probes: settings.max_probes };
+    let rule = Rule {
+        count: settings.policy.footprint.count,
+        max_probes: settings.policy.footprint.max_probes,
+    };
     let axis = axes.axis;
     let mut scaled = InPeriods { tap, scale: size.map(|n| 2.0 / n as f64) };
     let Footprint { probes, lod, step } =
@@ -87,7 +94,7 @@ pub fn tex<T: Tap>(
     let levels = Levels::new(lod, chain.levels);
     let probe = |i: u32| {
         let offset = 2.0 * f64::from(i) + 1.0 - f64::from(probes);
-        let wrap = settings.tex.wrap;
+        let wrap = settings.policy.address.wrap();
         let [u, v] = [0, 1].map(|c| wrapped(saturate(centre[c] + offset * step[c]), wrap[c]));
         Address { face: 0, u, v }
     };

@@ -223,8 +223,8 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
     let pyramid = map.map(|map| {
         Arc::new(Pyramid::new(
             Arc::new(map),
-            settings.roughness_curvature,
-            settings.roughness_interpolation,
+            settings.policy.roughness.curvature,
+            settings.policy.roughness.interpolate,
         ))
     });
     let (camera, mut shape) = view(width, height);

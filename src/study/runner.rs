@@ -123,9 +123,7 @@ impl Study {
                 Ok(()) => {
                     let settings = spec.settings(self.plan.reference_axis);
                     let stays = |(at, before, _): &(usize, Settings, Bench)| {
-                        at == place_index
-                            && before.roughness_curvature == settings.roughness_curvature
-                            && before.roughness_interpolation == settings.roughness_interpolation
+                        at == place_index && before.policy.roughness == settings.policy.roughness
                     };
                     if !bench.as_ref().is_some_and(stays) {
                         if let Some((_, _, bench)) = bench.take() {

@@ -8,6 +8,7 @@ use crate::engine::reuse::lines::{Line, TexLine};
 use crate::engine::tex_subject::TexSubject;
 use crate::engine::{Engine as _, Rendering, Rung, Subject, float};
 use crate::operation::Operation;
+use crate::policy::{FootprintPolicy, Policy};
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;
@@ -28,29 +29,29 @@ impl Scene {
     pub(super) fn settings_that_count(&self, rung: Rung, settings: &Settings) -> Settings {
         let plain = Settings::default();
         let mut s = settings.clone();
+        let Policy { cone, surface_footprint, address, hit, .. } = plain.policy;
         match self {
-            Self::Env(_) => {
-                (s.hit, s.tex) = (plain.hit, plain.tex);
-                (s.cone_rules, s.set_diffuse) = (plain.cone_rules, plain.set_diffuse);
-            }
+            Self::Env(_) => s.policy = Policy { cone, surface_footprint, address, hit, ..s.policy },
             Self::Hit(_) | Self::Tex(_) => {
                 s.roughness_scale = plain.roughness_scale;
-                s.dnmod = plain.dnmod;
+                s.policy.jacobian = plain.policy.jacobian;
             }
         }
+        let (mine, none) = (&mut s.policy, &plain.policy);
         if rung != Rung::F64 {
             // Neither takes probes.
-            (s.count, s.weights, s.probe_weight_bits) =
-                (plain.count, plain.weights, plain.probe_weight_bits);
-            (s.axis, s.reference_table) = (plain.axis, None);
+            mine.footprint =
+                FootprintPolicy { max_probes: mine.footprint.max_probes, ..none.footprint };
+            s.reference_table = None;
         }
         if rung == Rung::Ewa && matches!(self, Self::Env(_)) {
             // The Gaussian follows from K alone.
-            (s.max_probes, s.minor) = (plain.max_probes, plain.minor);
+            (mine.footprint, mine.eigen) = (none.footprint, none.eigen);
         }
         if rung == Rung::Truth {
             // Rays see the environment's rotation and how textures repeat.
-            s = Settings { rotation: s.rotation, tex: s.tex, ..plain };
+            let policy = Policy { address: s.policy.address, ..plain.policy };
+            s = Settings { policy, rotation: s.rotation, ..plain };
         }
         s
     }
@@ -79,7 +80,9 @@ impl Scene {
         match self {
             Self::Env(s) => Maps::cube(&s.map),
             Self::Hit(s) => Maps::cube(&s.map),
-            Self::Tex(s) => Maps::planar(&s.scene.textures, spec.config.tex.wrap, &s.sky),
+            Self::Tex(s) => {
+                Maps::planar(&s.scene.textures, spec.config.policy.address.wrap(), &s.sky)
+            }
         }
     }
 }

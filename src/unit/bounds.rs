@@ -12,7 +12,7 @@ pub mod words;
 
 use crate::base::num;
 use rtl_model::Config;
-use rtl_model::policy::{Axis, Count, Dnmod, Minor, Weights};
+use rtl_model::policy::{Axis, Dnmod, Minor, Policy, Weights};
 use rtl_model::regs::Reg;
 
 use words::{SQRT_3, TableErrors, Words, power};
@@ -65,7 +65,7 @@ impl Inputs {
             + w.fixed(Reg::BumpB) * (2.0 + frame.e1 + frame.e2)
             + w.vector(Reg::BumpN);
         let ports = w.vector(Reg::JacDnDx).max(w.vector(Reg::JacDnDy));
-        let (share, absolute) = match w.0.dnmod {
+        let (share, absolute) = match w.0.policy.jacobian.dnmod {
             Dnmod::Paper => (0.0, ports),
             Dnmod::Normal => {
                 // ∂n⊥ is a projection: turning n by an angle of sine n moves it by as much. 1/⟨n,n⟩ is
@@ -202,7 +202,7 @@ impl Ellipse {
         let word = w.fixed(Reg::EigenLambda) / (least / 2.0).sqrt();
         let root = 1.0 - (1.0 - square.min(1.0)).sqrt();
         let major = root + t.sqrt * (1.0 + square) + word;
-        let minor = match w.0.minor {
+        let minor = match w.0.policy.eigen.minor {
             Minor::Paper => square.sqrt() + t.sqrt * (1.0 + square) + word,
             // √det K moves by √(2k(a + c)²(1 + k)) ≤ √(8k(1 + k))·λ1², then /λ1.
             Minor::Det => {
@@ -220,7 +220,7 @@ fn axis(w: &Words<'_>, t: &TableErrors) -> Option<(f64, &'static str)> {
     let word = SQRT_2 * w.fixed(Reg::EigenAxis);
     let angle = |chord: f64| libm::asin(chord.min(1.0));
     let spec = w.0.tables.eigen;
-    match w.0.axis {
+    match w.0.policy.footprint.axis {
         Axis::EigenTable => {
             let step = std::f64::consts::FRAC_PI_2 / f64::from(spec.entries);
             // Interpolation stays between the two entries.
@@ -248,11 +248,9 @@ fn axis(w: &Words<'_>, t: &TableErrors) -> Option<(f64, &'static str)> {
 /// LOD from given D and s·B'.
 fn lod(w: &Words<'_>, t: &TableErrors, e: &Ellipse) -> f64 {
     let c = w.0;
-    let most = match c.count {
-        Count::Ceil | Count::Round => f64::from(c.max_probes),
-        Count::Pow2 => f64::from(1u32 << c.max_probes.max(1).ilog2()),
-        Count::Feline => (f64::from(c.max_probes) + 1.0) / 2.0,
-    };
+    let policy = &c.policy.footprint;
+    let [most, of] = policy.count.most(policy.max_probes).map(f64::from);
+    let most = most / of;
     // m ≥ 1 is λ2·N/2, where M ≤ most·m; or 1; or M/most.
     let word = w.fixed(Reg::FootWidth)
         + w.fixed(Reg::FootLength)
@@ -267,11 +265,12 @@ fn color(w: &Words<'_>) -> [f64; 2] {
     let weight = |bits: u32, reg: Reg| {
         if bits >= c.format(reg).frac { 0.0 } else { power(bits + 1) }
     };
-    let exact = c.texel_frac + 2 * c.weight_bits;
+    let Policy { filter, texel, .. } = &c.policy;
+    let exact = texel.frac + 2 * filter.weight_bits;
     let bilinear = c.format(Reg::FilterBilinear);
-    let narrowed = bilinear.frac < exact || bilinear.int < c.texel_int;
+    let narrowed = bilinear.frac < exact || bilinear.int < texel.int;
     [
-        2.0 * weight(c.weight_bits, Reg::AddrS) + weight(c.lod_bits, Reg::FootLod),
+        2.0 * weight(filter.weight_bits, Reg::AddrS) + weight(filter.lod_bits, Reg::FootLod),
         w.fixed(Reg::FilterColor) + if narrowed { w.fixed(Reg::FilterBilinear) } else { 0.0 },
     ]
 }
@@ -335,7 +334,7 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
         e.k,
         "times (a + c), from D's and B's own codes; an error of η·√(a + c) in [D B] adds 2η + η²",
     );
-    if config.axis != Axis::LongerDerivative {
+    if config.policy.footprint.axis != Axis::LongerDerivative {
         add(
             "eigen.lambda 1",
             e.lambda[0],
@@ -357,7 +356,7 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
         c[0],
         "times the largest texel read, plus the next row; from the codes of address and LOD, texels as decoded",
     );
-    let weights = match config.weights {
+    let weights = match config.policy.footprint.weights {
         Weights::Box => "beside the row before",
         Weights::Gaussian => "beside the row before; probe weights as the integers they are",
     };

@@ -6,8 +6,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::UnitSpec;
-use super::knobs::Value;
-use super::set::unknown;
+use super::knobs::{Value, unknown};
 use crate::base::num;
 use crate::error::InputError;
 

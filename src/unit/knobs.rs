@@ -1,15 +1,12 @@
-//! The list of knobs: every path of a unit with its value, legal values and meaning.
+//! The knobs of a unit: the rows of `rtl_model::policy` and the parts of every register, with what is said of a path or a
+//! value that is none.
 
-use rtl_model::TexelFormat;
-use rtl_model::cone::{ConeFormat, LaneOrder, StoreRounding};
-use rtl_model::fx::{Overflow, Rounding};
+use rtl_model::fx::{Format, Overflow, Rounding};
+use rtl_model::policy::{Legal, Place, ROWS, Row, Setting};
 use rtl_model::regs::{Kind, Reg};
 
 use super::UnitSpec;
-use crate::policy::{
-    Axis, ConeEnv, ConeGradient, ConeMetric, ConeRules, Count, Curvature, Dnmod, HitFootprint,
-    LookUp, Method, Minor, Outside, Placement, RoughnessInterpolation, SetDiffuse, Weights, Wrap,
-};
+use crate::error::InputError;
 use crate::settings::IDENTITY;
 
 /// A value of a knob, as TOML has it.
@@ -51,322 +48,304 @@ pub struct Knob {
     pub meaning: String,
 }
 
-/// The literals of a closed set, as a list of legal values.
-pub(super) fn names<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str) -> String {
-    all.iter().map(|v| name(*v)).collect::<Vec<_>>().join(" | ")
+/// What a path names.
+#[derive(Clone, Copy, Debug)]
+pub enum Path {
+    /// A row of the table of knobs.
+    Row(&'static Row),
+    /// A part of a register's format.
+    Register(Reg, Part),
 }
 
-/// The path under which a knob is listed: the angle table's entries go by two names.
-pub(super) fn canonical(path: &str) -> &str {
-    if path == "tables.eigen.entries" { "eigen.entries" } else { path }
+/// The parts of a register's format that are knobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Integer bits.
+    Int,
+    /// Fraction bits.
+    Frac,
+    /// Rounding.
+    Rounding,
+    /// What happens to a value beyond the range; blocks have none, for they share an exponent.
+    Overflow,
 }
 
-const TABLES: [&str; 4] = ["recip", "rsqrt", "sqrt", "log2"];
+/// Every part with its name.
+const PARTS: [(Part, &str); 4] = [
+    (Part::Int, "int"),
+    (Part::Frac, "frac"),
+    (Part::Rounding, "rounding"),
+    (Part::Overflow, "overflow"),
+];
+
+/// Most bits of a register without its sign, and of each of its two parts.
+const MOST_BITS: u32 = 58;
+
+impl Path {
+    /// Every path that is listed, in the order of unit files.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let rows = ROWS.iter().filter(|row| row.is_listed()).map(Self::Row);
+        let parts = |reg: &'static Reg| PARTS.map(|(part, _)| Self::Register(*reg, part));
+        rows.chain(Reg::ALL.iter().flat_map(parts).filter(|path| path.is_listed()))
+    }
+
+    /// What a path names; the angle table's entries go by two names.
+    #[must_use]
+    pub fn find(path: &str) -> Option<Self> {
+        let path = if path == "tables.eigen.entries" { "eigen.entries" } else { path };
+        if let Some(rest) = path.strip_prefix("registers.") {
+            let [stage, name, part] = *rest.split('.').collect::<Vec<_>>() else { return None };
+            let (part, _) = PARTS.into_iter().find(|(_, known)| *known == part)?;
+            return Some(Self::Register(Reg::find(stage, name)?, part));
+        }
+        ROWS.iter().find(|row| row.path == path).map(Self::Row)
+    }
+
+    fn is_listed(self) -> bool {
+        match self {
+            Self::Row(row) => row.is_listed(),
+            Self::Register(reg, part) => part != Part::Overflow || reg.info().kind != Kind::Block,
+        }
+    }
+
+    /// The path as unit files have it.
+    #[must_use]
+    pub fn text(self) -> String {
+        match self {
+            Self::Row(row) => row.path.into(),
+            Self::Register(reg, part) => {
+                let (info, (_, part)) = (reg.info(), PARTS[part as usize]);
+                format!("registers.{}.{}.{part}", info.stage, info.name)
+            }
+        }
+    }
+
+    /// Legal values.
+    #[must_use]
+    pub fn legal(self) -> Legal {
+        match self {
+            Self::Row(row) => row.legal,
+            Self::Register(_, Part::Int | Part::Frac) => Legal::Range(0, MOST_BITS),
+            Self::Register(_, Part::Rounding) => Legal::Names(Rounding::NAMES),
+            Self::Register(_, Part::Overflow) => Legal::Names(Overflow::NAMES),
+        }
+    }
+
+    /// The first stage that it reaches; `scene` for what changes what is rendered.
+    #[must_use]
+    pub fn reach(self) -> &'static str {
+        match self {
+            Self::Row(row) => row.reach,
+            // Distances in memory.
+            Self::Register(Reg::HitDistance, _) => "scene",
+            Self::Register(reg, _) => reg.info().stage,
+        }
+    }
+
+    /// The knob with its value in a unit.
+    fn knob(self, spec: &UnitSpec) -> Knob {
+        let (all_engines, meaning) = match self {
+            Self::Row(row) => (row.all_engines, row.meaning),
+            Self::Register(reg, _) => (false, reg.info().meaning),
+        };
+        let (path, value) = (self.text(), self.get(spec));
+        Knob { path, value, legal: self.legal().listed(), all_engines, meaning: meaning.into() }
+    }
+
+    /// Its value in a unit.
+    #[must_use]
+    pub fn get(self, spec: &UnitSpec) -> Value {
+        let number = match self {
+            Self::Row(row) => match row.place {
+                Place::Scale => return Value::Float(spec.roughness_scale),
+                Place::Rotation => {
+                    return Value::Numbers(spec.rotation.unwrap_or(IDENTITY).concat());
+                }
+                Place::Policy(..) | Place::Table(_) => row.get(&spec.config).unwrap_or(0),
+            },
+            Self::Register(reg, part) => {
+                let format = spec.config.format(reg);
+                match part {
+                    Part::Int => format.int,
+                    Part::Frac => format.frac,
+                    Part::Rounding => format.rounding.number(),
+                    Part::Overflow => format.overflow.number(),
+                }
+            }
+        };
+        let legal = self.legal();
+        if let Legal::Names(names) = legal {
+            return Value::Text(names[number as usize].into());
+        }
+        let off = number == 0 && matches!(legal, Legal::OrOff(..));
+        if off { Value::Text("off".into()) } else { Value::Integer(number.into()) }
+    }
+
+    /// The number of a legal value that is a whole number or a literal.
+    fn number(self, value: &Value) -> Option<u32> {
+        let legal = self.legal();
+        match (value, legal) {
+            (Value::Text(text), Legal::Names(names)) => {
+                names.iter().position(|name| name == text).and_then(|n| u32::try_from(n).ok())
+            }
+            (Value::Text(text), Legal::OrOff(..)) => (text == "off").then_some(0),
+            (Value::Integer(0), Legal::OrOff(..)) | (Value::Integer(_), Legal::Names(_)) => None,
+            (Value::Integer(n), _) => u32::try_from(*n).ok().filter(|n| legal.takes(*n)),
+            (Value::Float(_) | Value::Text(_) | Value::Numbers(_), _) => None,
+        }
+    }
+
+    /// Sets a value; where it is not legal, says what is.
+    fn set(self, spec: &mut UnitSpec, value: &Value) -> Result<(), String> {
+        match (self, value) {
+            (Self::Row(Row { place: Place::Scale, legal, .. }), _) => {
+                let [low, high] = legal.ends().map(f64::from);
+                let scale = match value {
+                    Value::Float(x) => Some(*x),
+                    Value::Integer(n) => i32::try_from(*n).ok().map(f64::from),
+                    Value::Text(_) | Value::Numbers(_) => None,
+                };
+                let scale = scale.filter(|x| (low..=high).contains(x));
+                spec.set_scale(scale.ok_or_else(|| legal.expected())?);
+            }
+            (Self::Row(Row { place: Place::Rotation, .. }), Value::Numbers(numbers)) => {
+                let expected = "nine numbers row by row whose rows are orthonormal to 2^-10 and turn right-handed";
+                spec.set_rotation(rotation(numbers).ok_or(expected)?);
+            }
+            (Self::Register(reg, Part::Overflow), _) if reg.info().kind == Kind::Block => {
+                return Err(
+                    "no overflow mode: the register shares an exponent and never overflows".into(),
+                );
+            }
+            _ => {
+                let number = self.number(value).ok_or_else(|| self.legal().expected())?;
+                match self {
+                    Self::Row(row) => row.set(&mut spec.config, number),
+                    Self::Register(reg, part) => {
+                        let format = &mut spec.config.formats[reg.index()];
+                        match part {
+                            Part::Int => format.int = number,
+                            Part::Frac => format.frac = number,
+                            Part::Rounding => format.rounding = Setting::of(number),
+                            Part::Overflow => format.overflow = Setting::of(number),
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
 
 impl UnitSpec {
     /// Every knob with its value, in the order in which files list them.
     #[must_use]
     pub fn knobs(&self) -> Vec<Knob> {
-        let mut out = Vec::new();
-        let mut add = |path: &str, value: Value, legal: &str, all_engines: bool, meaning: &str| {
-            out.push(Knob {
-                path: path.into(),
-                value,
-                legal: legal.into(),
-                all_engines,
-                meaning: meaning.into(),
-            });
-        };
-        let text = |t: &str| Value::Text(t.into());
-        let int = |n: u32| Value::Integer(n.into());
-        let c = &self.config;
-        add("footprint.max_probes", int(c.max_probes), "1…64", true, "most probes of a fragment");
-        add(
-            "footprint.count",
-            text(c.count.name()),
-            &names(Count::ALL, Count::name),
-            true,
-            "rule of the probe count",
-        );
-        add(
-            "footprint.axis",
-            text(c.axis.name()),
-            &names(Axis::ALL, Axis::name),
-            true,
-            "direction of the probe line",
-        );
-        add(
-            "footprint.weights",
-            text(c.weights.name()),
-            &names(Weights::ALL, Weights::name),
-            true,
-            "weights of the probes",
-        );
-        add(
-            "footprint.weight_bits",
-            int(c.probe_weight_bits),
-            "1…12",
-            true,
-            "gaussian probe weights sum to 2^bits",
-        );
-        add(
-            "roughness.scale",
-            Value::Float(self.roughness_scale),
-            "0…8",
-            true,
-            "s in K = D Dᵀ + s² K3",
-        );
-        add(
-            "roughness.interpolate",
-            text(self.roughness_interpolation.name()),
-            &names(RoughnessInterpolation::ALL, RoughnessInterpolation::name),
-            true,
-            "what the roughness pyramid interpolates",
-        );
-        add(
-            "roughness.curvature",
-            text(self.roughness_curvature.name()),
-            &names(Curvature::ALL, Curvature::name),
-            true,
-            "where the bump map's own curvature is counted",
-        );
-        add(
-            "jacobian.dnmod",
-            text(c.dnmod.name()),
-            &names(Dnmod::ALL, Dnmod::name),
-            true,
-            "what stands for the derivative of the modified normal",
-        );
-        add(
-            "eigen.entries",
-            int(c.tables.eigen.entries),
-            "even, 2…1024",
-            false,
-            "angle-table entries over 90°",
-        );
-        add(
-            "eigen.placement",
-            text(c.placement.name()),
-            &names(Placement::ALL, Placement::name),
-            false,
-            "where the angle table's entries lie",
-        );
-        add(
-            "eigen.minor",
-            text(c.minor.name()),
-            &names(Minor::ALL, Minor::name),
-            true,
-            "how λ2 is found",
-        );
-        add("filter.weight_bits", int(c.weight_bits), "1…8", false, "bits of a bilinear weight");
-        add(
-            "filter.lod_bits",
-            int(c.lod_bits),
-            "1…8",
-            false,
-            "bits of the weight between two levels",
-        );
-        add(
-            "texel.format",
-            text(c.texel_format.name()),
-            &names(TexelFormat::ALL, TexelFormat::name),
-            false,
-            "how texels are stored",
-        );
-        add("texel.int", int(c.texel_int), "1…17", false, "integer bits of a decoded texel");
-        add("texel.frac", int(c.texel_frac), "4…24", false, "fraction bits of a decoded texel");
-        add(
-            "cone.format",
-            text(c.cone.format.name()),
-            &names(ConeFormat::ALL, ConeFormat::name),
-            false,
-            "format of a ray cone's angle and width",
-        );
-        add(
-            "cone.rounding",
-            text(c.cone.rounding.name()),
-            &names(StoreRounding::ALL, StoreRounding::name),
-            false,
-            "rounding of a ray cone's stores",
-        );
-        add(
-            "cone.lane_order",
-            text(c.cone.order.name()),
-            &names(LaneOrder::ALL, LaneOrder::name),
-            true,
-            "which half of a packed cone is its angle",
-        );
-        add("cone.seed", int(c.cone.seed), "0…4294967295", false, "seed of stochastic stores");
-        add(
-            "cone.rules",
-            text(c.cone.rules.name()),
-            &names(ConeRules::ALL, ConeRules::name),
-            true,
-            "formulas of the note or OptiX Toolkit's code",
-        );
-        add(
-            "cone.set_diffuse",
-            text(c.cone.set_diffuse.name()),
-            &names(SetDiffuse::ALL, SetDiffuse::name),
-            true,
-            "what a diffuse scatter of cone.rules = \"otk\" writes into the angle",
-        );
-        let tex = &c.tex;
-        add("cone.count", int(tex.cones), "1 | 2", true, "cones of a ray; the wider one counts");
-        add(
-            "cone.metric",
-            text(tex.metric.name()),
-            &names(ConeMetric::ALL, ConeMetric::name),
-            true,
-            "a texture request's footprint: the cones, or the distance times a pixel's angle",
-        );
-        add(
-            "cone.gradient",
-            text(tex.gradient.name()),
-            &names(ConeGradient::ALL, ConeGradient::name),
-            true,
-            "how ddx and ddy follow from dPdx and dPdy",
-        );
-        add(
-            "cone.env",
-            text(tex.env.name()),
-            &names(ConeEnv::ALL, ConeEnv::name),
-            true,
-            "gradients of a bare cone on a cube map",
-        );
-        add(
-            "surface_footprint.max_anisotropy",
-            int(tex.max_anisotropy),
-            "1…64",
-            true,
-            "longest dPdx over |w|, at grazing angles",
-        );
-        for (axis, wrap) in ["s", "t"].into_iter().zip(tex.wrap) {
-            add(
-                &format!("address.wrap_{axis}"),
-                text(wrap.name()),
-                &names(Wrap::ALL, Wrap::name),
-                true,
-                "what a 2-D texture shows beyond its edges",
-            );
-        }
-        let hit = &c.hit;
-        add(
-            "hit.iterations",
-            int(hit.iterations),
-            "0…64",
-            true,
-            "most look-ups of the search for a hit",
-        );
-        add(
-            "hit.method",
-            text(hit.method.name()),
-            &names(Method::ALL, Method::name),
-            true,
-            "how the search finds its next point",
-        );
-        add(
-            "hit.tolerance_bits",
-            hit.tolerance_bits.map_or_else(|| text("off"), int),
-            "off | 1…24",
-            true,
-            "τ = 2^-bits, off: τ = 0; the search ends where the ratio lies within 1 ± τ",
-        );
-        add(
-            "hit.lookup",
-            text(hit.look_up.name()),
-            &names(LookUp::ALL, LookUp::name),
-            true,
-            "how a distance is read",
-        );
-        add(
-            "hit.footprint",
-            text(hit.footprint.name()),
-            &names(HitFootprint::ALL, HitFootprint::name),
-            true,
-            "shape of a cone's footprint at the hit",
-        );
-        add(
-            "hit.outside",
-            text(hit.outside.name()),
-            &names(Outside::ALL, Outside::name),
-            true,
-            "what becomes of a ray that starts outside of the reference surface",
-        );
-        let rotation = self.rotation.unwrap_or(IDENTITY);
-        add(
-            "transform.rotation",
-            Value::Numbers(rotation.concat()),
-            "nine numbers, a rotation",
-            true,
-            "rotation A of the environment, row by row",
-        );
-        let t = &c.tables;
-        for (name, spec) in TABLES.iter().zip([t.recip, t.rsqrt, t.sqrt, t.log2]) {
-            let path = |knob: &str| format!("tables.{name}.{knob}");
-            add(&path("entries"), int(spec.entries), "a power of two, 2…4096", false, "intervals");
-            add(
-                &path("order"),
-                int(spec.order),
-                "0 | 1 | 2",
-                false,
-                "interpolation: none, linear, quadratic",
-            );
-            add(&path("frac"), int(spec.frac), "2…28", false, "fraction bits of an entry");
-            if *name != "log2" {
-                add(
-                    &path("newton"),
-                    int(spec.newton),
-                    "0…3",
-                    false,
-                    "Newton steps after the look-up",
-                );
-            }
-        }
-        add(
-            "tables.eigen.order",
-            int(t.eigen.order),
-            "0 | 1",
-            false,
-            "interpolation between angle entries",
-        );
-        add(
-            "tables.eigen.frac",
-            int(t.eigen.frac),
-            "4…28",
-            false,
-            "fraction bits of sine and cosine",
-        );
-        for reg in Reg::ALL {
-            let info = reg.info();
-            let format = c.format(*reg);
-            let path = |knob: &str| format!("registers.{}.{}.{knob}", info.stage, info.name);
-            add(&path("int"), int(format.int), "0…58", false, info.meaning);
-            add(&path("frac"), int(format.frac), "0…58", false, info.meaning);
-            add(
-                &path("rounding"),
-                text(format.rounding.name()),
-                &names(Rounding::ALL, Rounding::name),
-                false,
-                info.meaning,
-            );
-            if info.kind == Kind::Fixed {
-                add(
-                    &path("overflow"),
-                    text(format.overflow.name()),
-                    &names(Overflow::ALL, Overflow::name),
-                    false,
-                    info.meaning,
-                );
-            }
-        }
-        out
+        Path::all().map(|path| path.knob(self)).collect()
     }
 
     /// The value of a knob.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<Value> {
-        let path = canonical(path);
-        self.knobs().into_iter().find(|k| k.path == path).map(|k| k.value)
+        Path::find(path).filter(|path| path.is_listed()).map(|path| path.get(self))
     }
+
+    /// Sets a knob. The error names the path, what it takes and what was given.
+    ///
+    /// # Errors
+    /// The path or the value is none, or the register gets too wide.
+    pub fn set(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        let before = self.config.formats;
+        self.assign(path, value)?;
+        // What is refused leaves the unit as it was.
+        self.check_widths().inspect_err(|_| self.config.formats = before)
+    }
+
+    /// Sets several knobs, which are checked together: a register's two parts may pass through a width that it could not
+    /// have.
+    ///
+    /// # Errors
+    /// Those of [`UnitSpec::set`]; the unit is then as far as it came.
+    pub fn set_all<'a>(
+        &mut self,
+        sets: impl IntoIterator<Item = (&'a str, &'a Value)>,
+    ) -> Result<(), InputError> {
+        for (path, value) in sets {
+            self.assign(path, value)?;
+        }
+        self.check_widths()
+    }
+
+    /// [`UnitSpec::set`] without the check of a register's width, which may be too large between the
+    /// settings of its two parts.
+    pub(super) fn assign(&mut self, path: &str, value: &Value) -> Result<(), InputError> {
+        let found = Path::find(path).ok_or_else(|| unknown(path))?;
+        found.set(self, value).map_err(|expected| {
+            InputError::new("unit", expected, shown(value), "see `tapline unit show`")
+                .at(found.text())
+        })
+    }
+
+    /// The first register with more bits than the model has room for.
+    pub(super) fn check_widths(&self) -> Result<(), InputError> {
+        for reg in Reg::ALL {
+            let format: Format = self.config.format(*reg);
+            if format.magnitude_bits() > MOST_BITS {
+                let info = reg.info();
+                return Err(InputError::new(
+                    "unit",
+                    format!("int + frac of at most {MOST_BITS} bits"),
+                    format.magnitude_bits().to_string(),
+                    "shorten the register",
+                )
+                .at(format!("registers.{}.{}", info.stage, info.name)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A value as a message shows it: its beginning.
+fn shown(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+/// Nine numbers as a rotation: `Some(None)` for the identity, `None` if they are no rotation.
+fn rotation(v: &[f64]) -> Option<Option<[[f64; 3]; 3]>> {
+    let rows: Vec<[f64; 3]> =
+        v.chunks_exact(3).filter_map(|r| <[f64; 3]>::try_from(r).ok()).collect();
+    let a = <[[f64; 3]; 3]>::try_from(rows).ok().filter(|_| v.len() == 9)?;
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let slack = 1.0 / 1024.0;
+    for i in 0..3 {
+        for j in 0..3 {
+            let expected = if i == j { 1.0 } else { 0.0 };
+            let error = (dot(a[i], a[j]) - expected).abs();
+            if error.is_nan() || error > slack {
+                return None;
+            }
+        }
+    }
+    let [x, y, z] = a;
+    let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+    if dot(cross, z) < 0.0 {
+        return None;
+    }
+    let identity = a == IDENTITY;
+    Some((!identity).then_some(a))
+}
+
+/// The error for a path that no unit of this version has.
+pub(super) fn unknown(path: &str) -> InputError {
+    InputError::new(
+        "unit",
+        "a path that `tapline unit show` lists",
+        "an unknown path",
+        "check the spelling",
+    )
+    .at(path)
 }

@@ -6,19 +6,15 @@
 pub mod bounds;
 pub mod file;
 pub mod knobs;
-mod set;
 
 use rtl_model::cone::StoreRounding;
 use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
-use rtl_model::texture::check_texel;
 use rtl_model::unit::{HitUnit, Needs, TexUnit};
 use rtl_model::{Config, ConfigError, Unit};
 
 use crate::base::hash;
 use crate::error::InputError;
-use crate::policy::{
-    Axis, ConeEnv, ConeGradient, ConeRules, Curvature, RoughnessInterpolation, SetDiffuse,
-};
+use crate::policy::{Axis, ConeEnv, ConeGradient, ConeRules, SetDiffuse};
 use crate::settings::{AngleTable, IDENTITY, Settings};
 
 /// Which axis the float reference uses where the unit's is the table's.
@@ -39,10 +35,6 @@ pub struct UnitSpec {
     pub roughness_scale: f64,
     /// Rotation of the environment, row by row, as written; `None` is the identity.
     pub rotation: Option<[[f64; 3]; 3]>,
-    /// What the roughness pyramid interpolates.
-    pub roughness_interpolation: RoughnessInterpolation,
-    /// Where the bump map's own curvature goes.
-    pub roughness_curvature: Curvature,
 }
 
 /// √12: the scale at which box length and standard deviation have the same second moment.
@@ -50,13 +42,7 @@ pub const SQRT_12: f64 = 3.464_101_615_137_754_6;
 
 impl Default for UnitSpec {
     fn default() -> Self {
-        let mut spec = Self {
-            config: Config::default(),
-            roughness_scale: 1.0,
-            rotation: None,
-            roughness_interpolation: RoughnessInterpolation::default(),
-            roughness_curvature: Curvature::default(),
-        };
+        let mut spec = Self { config: Config::default(), roughness_scale: 1.0, rotation: None };
         spec.set_scale(SQRT_12);
         spec
     }
@@ -79,11 +65,12 @@ impl UnitSpec {
                 spec.set_scale(1.0);
             }
             "otk" => {
-                spec.config.cone.rounding = StoreRounding::Truncate;
-                spec.config.cone.rules = ConeRules::Otk;
-                spec.config.cone.set_diffuse = SetDiffuse::Exchanged;
-                spec.config.tex.gradient = ConeGradient::Otk;
-                spec.config.tex.env = ConeEnv::Otk;
+                let cone = &mut spec.config.policy.cone;
+                cone.rounding = StoreRounding::Truncate;
+                cone.rules = ConeRules::Otk;
+                cone.set_diffuse = SetDiffuse::Exchanged;
+                cone.gradient = ConeGradient::Otk;
+                cone.env = ConeEnv::Otk;
             }
             _ => return None,
         }
@@ -106,30 +93,18 @@ impl UnitSpec {
     /// The policies that the float engines honour.
     #[must_use]
     pub fn settings(&self, reference_axis: ReferenceAxis) -> Settings {
-        let c = &self.config;
+        let Config { tables, policy, .. } = &self.config;
         let table = AngleTable {
-            entries: c.tables.eigen.entries,
-            placement: c.placement,
-            order: c.tables.eigen.order,
+            entries: tables.eigen.entries,
+            placement: policy.eigen.placement,
+            order: tables.eigen.order,
         };
+        let by_table = policy.footprint.axis == Axis::EigenTable;
         Settings {
-            max_probes: c.max_probes,
-            count: c.count,
-            axis: c.axis,
-            weights: c.weights,
-            probe_weight_bits: c.probe_weight_bits,
+            policy: policy.shared(),
             roughness_scale: self.roughness_scale,
-            roughness_interpolation: self.roughness_interpolation,
-            roughness_curvature: self.roughness_curvature,
-            minor: c.minor,
-            dnmod: c.dnmod,
-            hit: c.hit,
-            tex: c.tex,
-            cone_rules: c.cone.rules,
-            set_diffuse: c.cone.set_diffuse,
             rotation: self.rotation.unwrap_or(IDENTITY),
-            reference_table: (c.axis == Axis::EigenTable && reference_axis == ReferenceAxis::Table)
-                .then_some(table),
+            reference_table: (by_table && reference_axis == ReferenceAxis::Table).then_some(table),
         }
     }
 
@@ -162,7 +137,7 @@ pub fn check(spec: &UnitSpec) -> Result<(), InputError> {
         HitUnit::new(&spec.config, size).map_err(refused)?;
         TexUnit::new(&spec.config, [size, 1]).map_err(refused)?;
     }
-    check_texel(&spec.config).map_err(refused)
+    Ok(())
 }
 
 /// What the model refuses, in the shape of every input error.

@@ -40,7 +40,7 @@ fn random_unit(seed: u64) -> UnitSpec {
         table.newton = below(3);
     }
     tables.eigen.entries = 2 + 2 * below(40);
-    spec.config.max_probes = 1 + below(20);
+    spec.config.policy.footprint.max_probes = 1 + below(20);
     spec
 }
 

@@ -297,7 +297,7 @@ fn extreme_count_at_a_boundary_and_one_ulp_to_each_side() {
 #[test]
 fn extreme_one_probe_at_most() {
     on_gpu(|gpu| {
-        let settings = Settings { max_probes: 1, ..Settings::default() };
+        let settings = Settings::default().with(|p| p.footprint.max_probes = 1);
         let both =
             run(gpu, &settings, &noisy_cube(64), &[bent([0.25, 0.0, 0.0], [0.0, 0.03125, 0.0])]);
         agree(&both, 0.05);

@@ -19,7 +19,7 @@ fn ray(x: [f64; 3], r: [f64; 3]) -> HitFragment {
 }
 
 fn with(hit: HitPolicy) -> Settings {
-    Settings { hit, ..Settings::default() }
+    Settings::default().with(|p| p.hit = hit)
 }
 
 /// The rays by the device, every register explained, and by the float reference.

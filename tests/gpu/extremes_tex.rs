@@ -4,7 +4,7 @@ use tapline::engine::gpu::check::{Requests, StageChecks, check_requests};
 use tapline::fragment::{Tangents, TexFragment};
 use tapline::gpu::Gpu;
 use tapline::planar::{PlanarLevel, PlanarMap};
-use tapline::policy::{ConeGradient, ConeRules, SetDiffuse, TexPolicy, Wrap};
+use tapline::policy::{ConeGradient, ConeRules, SetDiffuse, Wrap};
 use tapline::reference::ray_cone::{Angle, Cone, Step, Width};
 use tapline::settings::Settings;
 
@@ -79,7 +79,7 @@ fn extreme_widths_of_0_of_either_sign_and_from_1e_minus_20_to_1e9() {
         let cases: Vec<(TexFragment, f64)> =
             [0.0, -0.0, -0.25, 1e-20, 1e-9, 1.0, 1e9].map(|width| (fragment, width)).to_vec();
         for rules in [ConeRules::Note, ConeRules::Otk] {
-            let settings = Settings { cone_rules: rules, ..Settings::default() };
+            let settings = Settings::default().with(|p| p.cone.rules = rules);
             check(gpu, &settings, &surfaces(&cases), 200);
         }
     });
@@ -107,10 +107,11 @@ fn surfaces_and_triangles_have_every_register_compared_under_both_gradients_and_
         }
         for gradient in [ConeGradient::Otk, ConeGradient::Gram] {
             for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
-                let settings = Settings {
-                    tex: TexPolicy { gradient, wrap: [wrap; 2], ..TexPolicy::default() },
-                    ..Settings::default()
-                };
+                let settings = Settings::default().with(|p| {
+                    p.cone.gradient = gradient;
+                    p.address.wrap_s = wrap;
+                    p.address.wrap_t = wrap;
+                });
                 let checks = check(gpu, &settings, &surfaces(&cases), 10_000);
                 for register in
                     ["across", "along", "dp_dx", "dp_dy", "grad_s", "grad_t", "ddx", "ddy", "d"]
@@ -170,7 +171,10 @@ fn extreme_cones_under_every_step_and_both_rules() {
             (ConeRules::Otk, SetDiffuse::Angle),
             (ConeRules::Otk, SetDiffuse::Exchanged),
         ] {
-            let settings = Settings { cone_rules, set_diffuse, ..Settings::default() };
+            let settings = Settings::default().with(|p| {
+                p.cone.rules = cone_rules;
+                p.cone.set_diffuse = set_diffuse;
+            });
             let checks = check(gpu, &settings, &steps(), 200);
             assert!(compared(&checks, "ray_cone", "cone") >= 240);
         }
@@ -190,8 +194,8 @@ fn extreme_a_cone_of_64_bounces_stays_finite_and_explained() {
                 cone = tapline::reference::ray_cone::ray_cone(
                     cone,
                     step,
-                    settings.cone_rules,
-                    settings.set_diffuse,
+                    settings.policy.cone.rules,
+                    settings.policy.cone.set_diffuse,
                 );
             }
         }

@@ -10,8 +10,7 @@ use tapline::engine::hit::HitF64;
 use tapline::fragment::{Fragment, HitFragment, PixelFragment};
 use tapline::gpu::Gpu;
 use tapline::policy::{
-    Axis, ConeEnv, Count, Dnmod, HitFootprint, HitPolicy, LookUp, Method, Minor, Outside,
-    TexPolicy, Weights,
+    Axis, ConeEnv, Count, Dnmod, HitFootprint, HitPolicy, LookUp, Method, Minor, Outside, Weights,
 };
 use tapline::reference::{NoTap, Prepared, Texture, env};
 use tapline::settings::Settings;
@@ -78,15 +77,15 @@ fn every_policy_of_env_is_honoured() {
         let (_, plain) = env_off(gpu, &base, &map, &all);
         let turned = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]];
         let cases: Vec<(&str, Settings)> = vec![
-            ("dnmod paper", Settings { dnmod: Dnmod::Paper, ..base.clone() }),
-            ("dnmod frame", Settings { dnmod: Dnmod::Frame, ..base.clone() }),
-            ("minor det", Settings { minor: Minor::Det, ..base.clone() }),
-            ("longer", Settings { axis: Axis::LongerDerivative, ..base.clone() }),
-            ("round", Settings { count: Count::Round, ..base.clone() }),
-            ("pow2", Settings { count: Count::Pow2, ..base.clone() }),
-            ("feline", Settings { count: Count::Feline, ..base.clone() }),
-            ("5 probes", Settings { max_probes: 5, ..base.clone() }),
-            ("gaussian", Settings { weights: Weights::Gaussian, ..base.clone() }),
+            ("dnmod paper", base.clone().with(|p| p.jacobian.dnmod = Dnmod::Paper)),
+            ("dnmod frame", base.clone().with(|p| p.jacobian.dnmod = Dnmod::Frame)),
+            ("minor det", base.clone().with(|p| p.eigen.minor = Minor::Det)),
+            ("longer", base.clone().with(|p| p.footprint.axis = Axis::LongerDerivative)),
+            ("round", base.clone().with(|p| p.footprint.count = Count::Round)),
+            ("pow2", base.clone().with(|p| p.footprint.count = Count::Pow2)),
+            ("feline", base.clone().with(|p| p.footprint.count = Count::Feline)),
+            ("5 probes", base.clone().with(|p| p.footprint.max_probes = 5)),
+            ("gaussian", base.clone().with(|p| p.footprint.weights = Weights::Gaussian)),
             ("scale", Settings { roughness_scale: 12f64.sqrt(), ..base.clone() }),
             ("rotation", Settings { rotation: turned, ..base.clone() }),
         ];
@@ -121,22 +120,16 @@ fn every_policy_of_hit_is_honoured() {
         let cube = map_of_walls();
         let pixels: Vec<_> = (0u32..).zip(&rays).map(|(i, ray)| ([i, 0], *ray)).collect();
         let hit = HitPolicy::default();
-        let with = |hit| Settings { hit, ..Settings::default() };
+        let with = |hit| Settings::default().with(|p| p.hit = hit);
         let cases = [
             ("plain", with(hit)),
             ("secant", with(HitPolicy { method: Method::Secant, iterations: 8, ..hit })),
             ("illinois", with(HitPolicy { method: Method::Illinois, iterations: 8, ..hit })),
-            ("nearest", with(HitPolicy { look_up: LookUp::Nearest, ..hit })),
+            ("nearest", with(HitPolicy { lookup: LookUp::Nearest, ..hit })),
             ("plane", with(HitPolicy { footprint: HitFootprint::Plane, ..hit })),
             ("hlsl", with(HitPolicy { outside: Outside::Hlsl, ..hit })),
             ("tolerance", with(HitPolicy { tolerance_bits: Some(4), ..hit })),
-            (
-                "constant",
-                Settings {
-                    tex: TexPolicy { env: ConeEnv::Otk, ..TexPolicy::default() },
-                    ..Settings::default()
-                },
-            ),
+            ("constant", Settings::default().with(|p| p.cone.env = ConeEnv::Otk)),
         ];
         for (name, settings) in cases {
             let room = Distance::Box([2.0, 1.5, 1.75]);

@@ -207,7 +207,7 @@ fn eigen_agrees_with_a_jacobi_rotation() {
 
 #[test]
 fn longer_derivative_takes_the_longest_column() {
-    let settings = Settings { axis: Axis::LongerDerivative, ..Settings::default() };
+    let settings = Settings::default().with(|p| p.footprint.axis = Axis::LongerDerivative);
     let mut f = plain([0.0, 0.0, 1.0]);
     // n = v: ∂v_r = ∂v·(2nnᵀ − I): D = −(∂v).
     f.dv_dx = [-0.25, 0.0, 0.0];

@@ -32,7 +32,7 @@ fn difference(
     step: f64,
 ) -> [f64; 2] {
     let at = |t: f64| {
-        let n_mod = modified_normal(f, dn, t, settings.dnmod);
+        let n_mod = modified_normal(f, dn, t, settings.policy.jacobian.dnmod);
         let d = mirror(sum(f.v, scaled(t, dv)), n_mod);
         project(face, apply(&settings.rotation, d))
     };
@@ -72,7 +72,7 @@ fn d_is_the_derivative_of_the_reflected_direction_on_all_faces_rotations_and_pol
     let mut large = 0;
     for case in 0..3000 {
         let mut f = random.fragment();
-        let mut settings = Settings { dnmod: Dnmod::ALL[case % 3], ..Settings::default() };
+        let mut settings = Settings::default().with(|p| p.jacobian.dnmod = Dnmod::ALL[case % 3]);
         if case % 2 == 0 {
             f.bump = Some([random.signed(), random.signed()]);
             // Keep clear of grazing look-ups, where third derivatives explode.
@@ -98,7 +98,7 @@ fn without_a_bump_the_three_policies_of_dnmod_agree_to_the_bit() {
     for _ in 0..200 {
         let f = random.fragment();
         let [a, b, c] = [Dnmod::Paper, Dnmod::Normal, Dnmod::Frame].map(|dnmod| {
-            let settings = Settings { dnmod, ..Settings::default() };
+            let settings = Settings::default().with(|p| p.jacobian.dnmod = dnmod);
             env(&Prepared::new(&settings), &f, 256, None, &mut NoTap)
         });
         assert_eq!((a, a), (b, c));
@@ -124,7 +124,7 @@ fn errata_dn_for_dn_mod_needs_the_part_across_n_with_a_bump() {
         let dnmod = Dnmod::ALL[case % 3];
         let bump = case % 6 < 3;
         f.bump = bump.then(|| [random.signed(), random.signed()]);
-        let settings = Settings { dnmod, ..Settings::default() };
+        let settings = Settings::default().with(|p| p.jacobian.dnmod = dnmod);
         let prepared = Prepared::new(&settings);
         let value = 1.0 + 0.5 * random.signed();
         let g = with_scaled_normal(&f, value, [random.signed(), random.signed()]);
@@ -298,11 +298,8 @@ fn wide_arithmetic_agrees_with_plain_doubles_under_powers_of_two_beyond_their_ra
             f.dn_dx = sum(scaled(0.75, f.n), scaled(across, f.dn_dx));
             f.dn_dy = sum(scaled(-0.5, f.n), scaled(across, f.dn_dy));
         }
-        let settings = Settings {
-            dnmod: Dnmod::ALL[usize::try_from(case).unwrap() % 3],
-            rotation: random.rotation(),
-            ..Settings::default()
-        };
+        let settings = Settings { rotation: random.rotation(), ..Settings::default() }
+            .with(|p| p.jacobian.dnmod = Dnmod::ALL[usize::try_from(case).unwrap() % 3]);
         let prepared = Prepared::new(&settings);
         let plain = env(&prepared, &f, 256, None, &mut NoTap);
         for (by_v, by_n, by_h) in [(900, -900, 800), (-1000, 1000, -900), (0, -1000, 1000)] {

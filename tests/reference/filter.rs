@@ -63,13 +63,12 @@ fn a_footprint_inside_a_face_of_a_ramp_has_the_value_of_its_centre() {
     let mut random = Random::new(21);
     let mut several = 0;
     for case in 0..2000 {
-        let settings = Settings {
-            count: Count::ALL[case % 4],
-            weights: Weights::ALL[case / 4 % 2],
-            axis: [Axis::EigenExact, Axis::LongerDerivative][case / 8 % 2],
-            ..Settings::default()
-        };
-        let weights_are_symmetric = settings.weights == Weights::Box;
+        let settings = Settings::default().with(|p| {
+            p.footprint.count = Count::ALL[case % 4];
+            p.footprint.weights = Weights::ALL[case / 4 % 2];
+            p.footprint.axis = [Axis::EigenExact, Axis::LongerDerivative][case / 8 % 2];
+        });
+        let weights_are_symmetric = settings.policy.footprint.weights == Weights::Box;
         let mut f = plain([0.2 * random.signed(), 0.2 * random.signed(), 1.0]);
         f.dv_dx = random.vector().map(|x| 0.05 * x);
         f.dv_dy = random.vector().map(|x| 0.005 * x);
@@ -175,7 +174,7 @@ fn extreme_a_probe_line_over_two_edges_wraps_round_the_cube() {
     // Texels hold their face's number; a line 8 units long has probes on −x, +z and +x.
     let cube = map(4, |face, _, _| [u8::try_from(face).map_or(0.0, f32::from); 3]);
     let texture = Texture::new(&cube);
-    let prepared = Prepared::new(&Settings { max_probes: 16, ..Settings::default() });
+    let prepared = Prepared::new(&Settings::default().with(|p| p.footprint.max_probes = 16));
     let f = Fragment { dn_dx: [4.0, 0.0, 0.0], ..PLAIN };
     let mut tap = Line(vec![]);
     let out = env(&prepared, &f, 4, Some(&texture), &mut tap);
@@ -214,7 +213,8 @@ fn extreme_texels_at_the_ends_of_half_floats_pass_exactly() {
         for weights in [Weights::Box, Weights::Gaussian] {
             let cube = map(8, |_, _, _| [value; 3]);
             let texture = Texture::new(&cube);
-            let prepared = Prepared::new(&Settings { weights, ..Settings::default() });
+            let prepared =
+                Prepared::new(&Settings::default().with(|p| p.footprint.weights = weights));
             let mut random = Random::new(16);
             for _ in 0..50 {
                 let out = env(&prepared, &random.fragment(), 8, Some(&texture), &mut NoTap);

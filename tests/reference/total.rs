@@ -44,21 +44,9 @@ prop_compose! {
         probe_weight_bits in 0u32..20,
     ) -> Settings {
         let plain = Settings::default();
-        Settings {
-            max_probes,
-            count: Count::ALL[policy.0],
-            axis: Axis::ALL[policy.1],
-            weights: Weights::ALL[policy.2],
-            minor: Minor::ALL[policy.3],
-            dnmod: Dnmod::ALL[policy.4],
-            roughness_scale: scale,
-            rotation: if rotate { rotation } else { plain.rotation },
-            reference_table: table.map(|(entries, placement, order)| AngleTable {
+        Settings { roughness_scale: scale, rotation: if rotate { rotation } else { plain.rotation }, reference_table: table.map(|(entries, placement, order)| AngleTable {
                 entries, placement: Placement::ALL[placement], order,
-            }),
-            probe_weight_bits,
-            ..plain
-        }
+            }), ..plain }.with(|p| { p.footprint.max_probes = max_probes; p.footprint.count = Count::ALL[policy.0]; p.footprint.axis = Axis::ALL[policy.1]; p.footprint.weights = Weights::ALL[policy.2]; p.eigen.minor = Minor::ALL[policy.3]; p.jacobian.dnmod = Dnmod::ALL[policy.4]; p.footprint.weight_bits = probe_weight_bits; })
     }
 }
 

@@ -100,7 +100,10 @@ fn the_nearest_entry_is_within_half_a_step_all_around() {
     for minor in [Minor::Paper, Minor::Det] {
         for &placement in Placement::ALL {
             for entries in [4, 10, 32, 128] {
-                let mut config = Config { placement, minor, ..Config::default() };
+                let mut config = Config::default().with(|p| {
+                    p.eigen.placement = placement;
+                    p.eigen.minor = minor;
+                });
                 config.tables.eigen.entries = entries;
                 let half = std::f64::consts::FRAC_PI_2 / f64::from(entries) / 2.0;
                 let worst = check(&config, half + WORDS, -90..90);
@@ -128,7 +131,7 @@ fn interpolated_angles_are_far_better_than_half_a_step() {
 
 #[test]
 fn the_exact_axis_is_limited_by_its_register_alone() {
-    let config = Config { axis: Axis::EigenExact, ..Config::default() };
+    let config = Config::default().with(|p| p.footprint.axis = Axis::EigenExact);
     // The root is rounded to 2^−28 and off by the table's 2^−20; it enters one component of a vector of
     // length ≥ √2·(λ1² − λ2²) ≥ 0.14: 2^−20/0.14 < 7.5·2^−20 at most.
     check(&config, 8.0 * WORDS, -90..90);
@@ -138,7 +141,7 @@ fn the_exact_axis_is_limited_by_its_register_alone() {
 fn isotropic_and_axis_aligned_ellipses_are_exact() {
     for axis in [Axis::EigenTable, Axis::EigenExact] {
         for order in [0, 1] {
-            let mut config = Config { axis, ..Config::default() };
+            let mut config = Config::default().with(|p| p.footprint.axis = axis);
             config.tables.eigen.order = order;
             let roms = Roms::new(&config).expect("legal tables");
             let one = 1i64 << 28;

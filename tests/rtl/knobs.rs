@@ -166,7 +166,10 @@ struct Run {
 }
 
 fn policies(spec: &UnitSpec) -> (String, String) {
-    (format!("{:?}", spec.roughness_interpolation), format!("{:?}", spec.roughness_curvature))
+    (
+        format!("{:?}", spec.config.policy.roughness.interpolate),
+        format!("{:?}", spec.config.policy.roughness.curvature),
+    )
 }
 
 impl Bench {

@@ -101,7 +101,11 @@ fn rgb9e5_follows_the_extension_bit_for_bit() {
 }
 
 fn config(format: TexelFormat, int: u32, frac: u32) -> Config {
-    Config { texel_format: format, texel_int: int, texel_frac: frac, ..Config::default() }
+    Config::default().with(|p| {
+        p.texel.format = format;
+        p.texel.int = int;
+        p.texel.frac = frac;
+    })
 }
 
 #[test]

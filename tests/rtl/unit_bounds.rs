@@ -175,7 +175,7 @@ fn ellipse_rows(case: &mut Case<'_>, f: &Fragment, t: &Traced, spec: &UnitSpec) 
         }
     }
     if let Some(bound) = case.row("footprint.lod") {
-        let cap = 1.0 / f64::from(spec.config.max_probes);
+        let cap = 1.0 / f64::from(spec.config.policy.footprint.max_probes);
         let half = f64::from(FACE) / 2.0;
         let m = (lambda[1] * half).max(1.0).max(lambda[0] * half * cap);
         let lod = libm::log2(m).clamp(0.0, 8.0);
@@ -313,12 +313,12 @@ fn random_unit(seed: u64) -> UnitSpec {
     spec.config.tables.sqrt.newton = below(3);
     spec.config.tables.eigen.entries = 2 + 2 * below(40);
     spec.config.tables.eigen.order = below(2);
-    spec.config.max_probes = 1 + below(32);
+    spec.config.policy.footprint.max_probes = 1 + below(32);
     if below(2) == 1 {
-        spec.config.minor = Minor::Det;
+        spec.config.policy.eigen.minor = Minor::Det;
     }
     if below(3) == 0 {
-        spec.config.axis = Axis::EigenExact;
+        spec.config.policy.footprint.axis = Axis::EigenExact;
     }
     spec
 }
@@ -352,7 +352,7 @@ fn shorter_words_widen_the_bounds_they_enter() {
         assert!(a.bound.is_finite() && !a.holds.is_empty());
     }
     // Policies that a row does not fit leave it out.
-    spec.config.axis = Axis::LongerDerivative;
+    spec.config.policy.footprint.axis = Axis::LongerDerivative;
     let names: Vec<&str> = bounds(&spec.config).iter().map(|b| b.name).collect();
     assert!(!names.contains(&"eigen.axis") && !names.contains(&"eigen.lambda 2"));
 }

@@ -30,7 +30,7 @@ fn own_color(spec: &UnitSpec, unit: &Unit, texture: &Texture, f: &Fragment) -> (
     let Texels::Wide(texels) = &texture.texels else {
         panic!("a widened texture");
     };
-    let texel_frac = i32::try_from(config.texel_frac).expect("at most 24");
+    let texel_frac = i32::try_from(config.policy.texel.frac).expect("at most 24");
     let (mut color, mut most) = ([0.0; 3], 0.0f64);
     for k in 0..request.line.count {
         let mut probe = RtlProbe::default();
@@ -80,8 +80,8 @@ fn as_f64(n: usize) -> f64 {
 #[test]
 fn colours_are_within_their_bound_of_the_exact_filter_at_their_own_addresses() {
     let mut narrow = UnitSpec::default();
-    narrow.config.weight_bits = 5;
-    narrow.config.lod_bits = 4;
+    narrow.config.policy.filter.weight_bits = 5;
+    narrow.config.policy.filter.lod_bits = 4;
     narrow.config.formats[Reg::FilterColor.index()].frac = 12;
     let map = support::reference::noise(64, 8);
     for spec in [UnitSpec::default(), narrow] {

@@ -289,7 +289,7 @@ fn texture_coordinates_grow_along_the_local_frame() {
 
 #[test]
 fn the_bump_maps_own_slope_moves_from_roughness_to_the_normal() {
-    let surface = Settings { roughness_curvature: Curvature::Surface, ..Settings::default() };
+    let surface = Settings::default().with(|p| p.roughness.curvature = Curvature::Surface);
     for name in ["scratches", "waves"] {
         let (plain, bent) = (scene(name), build(name, &options(96, 64), &surface).unwrap());
         let (mut rougher, mut moved) = (0.0, 0);

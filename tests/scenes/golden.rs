@@ -47,12 +47,11 @@ fn fragments_have_the_golden_bits_for_any_number_of_threads() {
     for info in SCENES {
         let mut variants = vec![Settings::default()];
         if info.stages().contains(&Stage::Roughness) {
-            variants.push(Settings {
-                roughness_interpolation: RoughnessInterpolation::Factors,
-                ..Settings::default()
-            });
-            variants
-                .push(Settings { roughness_curvature: Curvature::Surface, ..Settings::default() });
+            variants.push(
+                Settings::default()
+                    .with(|p| p.roughness.interpolate = RoughnessInterpolation::Factors),
+            );
+            variants.push(Settings::default().with(|p| p.roughness.curvature = Curvature::Surface));
         }
         for settings in variants {
             let hashes = [1, 3].map(|threads| {
@@ -61,8 +60,8 @@ fn fragments_have_the_golden_bits_for_any_number_of_threads() {
                 fingerprint(&scene.fragments)
             });
             assert_eq!(hashes[0], hashes[1], "{} depends on the threads", info.name);
-            let interpolation = settings.roughness_interpolation.name();
-            let curvature = settings.roughness_curvature.name();
+            let interpolation = settings.policy.roughness.interpolate.name();
+            let curvature = settings.policy.roughness.curvature.name();
             writeln!(lines, "{} {interpolation} {curvature} {:016x}", info.name, hashes[0])
                 .unwrap();
         }

@@ -49,8 +49,8 @@ fn pictures_have_the_golden_hashes_and_both_engines_agree() {
 
 fn tiles(name: &str, metric: ConeMetric, cones: u32) -> usize {
     let mut spec = UnitSpec::default();
-    spec.config.tex.metric = metric;
-    spec.config.tex.cones = cones;
+    spec.config.policy.cone.metric = metric;
+    spec.config.policy.cone.count = cones;
     let subject = subject(name, 96, 1024);
     let engine = TexEngine::new(&spec, &subject).unwrap();
     let settings = spec.settings(ReferenceAxis::Exact);

@@ -73,7 +73,7 @@ impl Cfg {
 
     /// Compiles and checks the stage for 2-D textures.
     pub fn planar(config: &Config) -> Result<Self, ConfigError> {
-        Self::compile(config, [Reg::SurfS, Reg::SurfT], Some(config.tex.wrap))
+        Self::compile(config, [Reg::SurfS, Reg::SurfT], Some(config.policy.address.wrap()))
     }
 
     /// `center` holds u and v, or s and t, whose 2s − 1 has the same fraction bits and one integer bit more.
@@ -82,6 +82,8 @@ impl Cfg {
         center: [Reg; 2],
         wrap: Option<[Wrap; 2]>,
     ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let weight_bits = i64::from(config.policy.filter.weight_bits);
         let f = |reg| frac(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let uv = center.map(f);
@@ -100,21 +102,14 @@ impl Cfg {
             let fine = fine.max(config.format(Reg::AddrV).frac);
             fits(reg, int(config, reg).max(1) + fine)?;
         }
-        if !(1..=8).contains(&config.weight_bits) {
-            return Err(ConfigError {
-                path: "filter.weight_bits".into(),
-                expected: "1 to 8 bits: the bilinear sums hold 16 bits of weight".into(),
-                found: alloc::format!("{}", config.weight_bits),
-            });
-        }
         Ok(Self {
             u: q(Reg::AddrU, common[0]),
             v: q(Reg::AddrV, common[1]),
             center_lift: [common[0] - uv[0], common[1] - uv[1]],
             s: [q(Reg::AddrS, f(Reg::AddrU) + 1), q(Reg::AddrS, f(Reg::AddrV) + 1)],
             s_shift: [f(Reg::AddrU) + 1 - f(Reg::AddrS), f(Reg::AddrV) + 1 - f(Reg::AddrS)],
-            weight_shift: f(Reg::AddrS) - i64::from(config.weight_bits),
-            weight_bits: i64::from(config.weight_bits),
+            weight_shift: f(Reg::AddrS) - weight_bits,
+            weight_bits,
             wrap,
             lanes: lanes::Lanes::new(config, common),
         })

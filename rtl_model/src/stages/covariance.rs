@@ -79,7 +79,7 @@ impl Cfg {
             exact_frac: 2 * common,
             lift: [2 * (common - d), 2 * (common - b)],
             parity: frac(config, Reg::CovK) & 1,
-            longest: config.axis == Axis::LongerDerivative,
+            longest: config.policy.footprint.axis == Axis::LongerDerivative,
         })
     }
 }

@@ -70,8 +70,8 @@ impl Cfg {
         }
         let table = i64::from(config.tables.eigen.frac);
         Ok(Self {
-            policy: config.axis,
-            minor: config.minor,
+            policy: config.policy.footprint.axis,
+            minor: config.policy.eigen.minor,
             k_frac: f(Reg::CovK),
             root: q(Reg::EigenRoot, 0),
             lift: [common - f(Reg::CovK), common - f(Reg::EigenRoot)],

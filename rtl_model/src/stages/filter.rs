@@ -15,7 +15,7 @@ use super::address::lanes::Walk;
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
-use crate::policy::{Count, Weights};
+use crate::policy::{Policy, Weights};
 use crate::regs::Reg;
 use crate::tap::Tap;
 use crate::texture::{Texels, Texture};
@@ -65,31 +65,20 @@ type Sums = [i64; 3];
 impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        let weight_bits = i64::from(config.weight_bits);
-        let exact_frac = i64::from(config.texel_frac) + 2 * weight_bits;
+        config.check()?;
+        let Policy { footprint, filter, texel, .. } = &config.policy;
+        let exact_frac = i64::from(texel.frac) + 2 * i64::from(filter.weight_bits);
         let register = config.format(Reg::FilterBilinear);
-        let narrowed = i64::from(register.frac) < exact_frac || register.int < config.texel_int;
+        let narrowed = i64::from(register.frac) < exact_frac || register.int < texel.int;
         let sum_frac = if narrowed { i64::from(register.frac) } else { exact_frac };
-        let whole = if narrowed { register.int } else { config.texel_int };
+        let whole = if narrowed { register.int } else { texel.int };
         let sum_bits = whole + u32::try_from(sum_frac).unwrap_or(u32::MAX);
-        let most = config.max_probes.next_power_of_two().ilog2();
-        if config.weights == Weights::Box {
+        let most = footprint.max_probes.next_power_of_two().ilog2();
+        if footprint.weights == Weights::Box {
             // No rounding constant is added to the sums: they may use 63 bits.
             fits(Reg::FilterBilinear, sum_bits + most - 1)?;
         } else {
             fits(Reg::FilterBilinear, sum_bits)?;
-        }
-        for (path, value, most) in [
-            ("filter.lod_bits", config.lod_bits, 8),
-            ("footprint.weight_bits", config.probe_weight_bits, 12),
-        ] {
-            if !(1..=most).contains(&value) {
-                return Err(ConfigError {
-                    path: path.into(),
-                    expected: alloc::format!("1 to {most} bits"),
-                    found: alloc::format!("{value}"),
-                });
-            }
         }
         let color = config.format(Reg::FilterColor);
         if bits(config, Reg::FilterColor) > 48 || int(config, Reg::FootLod) > 16 {
@@ -97,18 +86,18 @@ impl Cfg {
         }
         // The quotient's exact reciprocal holds for dividends below 2^56.
         fits(Reg::FilterColor, color.frac + whole + most + 1 + 6)?;
-        let weights = match config.weights {
+        let weights = match footprint.weights {
             Weights::Box => Vec::new(),
             Weights::Gaussian => weights::rom(
-                config.max_probes,
-                config.probe_weight_bits,
-                config.count == Count::Feline,
+                footprint.max_probes,
+                footprint.weight_bits,
+                footprint.count.has_end_points(),
             ),
         };
         let lod_frac = frac(config, Reg::FootLod);
-        let lod_bits = i64::from(config.lod_bits);
+        let lod_bits = i64::from(filter.lod_bits);
         let scale =
-            if config.weights == Weights::Box { 0 } else { i64::from(config.probe_weight_bits) };
+            if footprint.weights == Weights::Box { 0 } else { i64::from(footprint.weight_bits) };
         Ok(Self {
             lod_shift: lod_frac - lod_bits,
             lod_frac,
@@ -119,7 +108,7 @@ impl Cfg {
             color_shift: sum_frac + lod_bits + scale - i64::from(color.frac),
             weights,
             probe_weight_bits: scale,
-            inv_count: (0..=u64::from(config.max_probes))
+            inv_count: (0..=u64::from(footprint.max_probes))
                 .map(|c| if c <= 1 { u64::MAX } else { u64::MAX / c + 1 })
                 .collect(),
         })

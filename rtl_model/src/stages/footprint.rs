@@ -3,20 +3,17 @@
 //! M = λ1·N/2, m = max(λ2·N/2, 1, M/max_probes); count = clamp(⌈M/m − 2⁻⁸⌉, 1, max_probes); LOD = log2 m
 //! clamped to the mip chain. The count is found by comparing M with multiples of m: no division.
 
-use alloc::format;
 use alloc::vec::Vec;
 
 use super::{Lanes, Roms, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::fx::{Flags, Quantizer};
 use crate::lanes::{LaneSink, Shift, each, mantissa, mul};
-use crate::policy::Count;
+use crate::policy::{Count, FootprintPolicy};
 use crate::regs::Reg;
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
-/// Most probes that the filter's accumulators have room for.
-pub const MAX_PROBES: u32 = 64;
 /// Largest face that the address registers are made for.
 pub const MAX_FACE: u32 = 1 << 15;
 const INV_FRAC: i64 = 28;
@@ -88,16 +85,8 @@ impl Cfg {
 
     /// `unit` texels are 2 in λ's units; `size` is that of level 0.
     fn compile(config: &Config, unit: u32, size: [u32; 2]) -> Result<Self, ConfigError> {
-        let max = config.max_probes;
-        if !(1..=MAX_PROBES).contains(&max) {
-            return Err(ConfigError {
-                path: "footprint.max_probes".into(),
-                expected: format!(
-                    "1 to {MAX_PROBES} probes: the accumulators of the filter are 62 bits"
-                ),
-                found: format!("{max}"),
-            });
-        }
+        config.check()?;
+        let FootprintPolicy { max_probes: max, count: rule, .. } = config.policy.footprint;
         let last_level = i64::from(size[0].max(size[1]).max(1).ilog2());
         let unit = i64::from(unit.clamp(1, MAX_FACE));
         let size = size.map(|n| i64::from(n.clamp(1, MAX_FACE)));
@@ -121,11 +110,7 @@ impl Cfg {
         fits(Reg::FootLine, lambda.max(39) + bits(config, Reg::EigenAxis) + 1)?;
         fits(Reg::FootStep, bits(config, Reg::FootLine) + 28)?;
         // Widest m whose count stays within the limit.
-        let (cap_numerator, cap_denominator) = match config.count {
-            Count::Ceil | Count::Round => (1, i64::from(max)),
-            Count::Pow2 => (1, 1 << max.ilog2()),
-            Count::Feline => (2, i64::from(max) + 1),
-        };
+        let [cap_denominator, cap_numerator] = rule.most(max).map(i64::from);
         // A narrow texture has long steps: r = unit/size takes bits from its table's fraction.
         let inv_frac = size.map(|n| {
             INV_FRAC - i64::from(u64::BITS - ((unit - 1) / n).cast_unsigned().leading_zeros())
@@ -133,7 +118,7 @@ impl Cfg {
         let inv_count = [0, 1].map(|i: usize| {
             let (over, under) = (unit << inv_frac[i], size[i]);
             let entry = |count: i64| {
-                let parts = if config.count == Count::Feline { 2 * (count - 1) } else { 2 * count };
+                let parts = if rule.has_end_points() { 2 * (count - 1) } else { 2 * count };
                 let under = under * parts;
                 if parts <= 0 { 0 } else { (2 * over + under) / (2 * under) }
             };
@@ -141,7 +126,7 @@ impl Cfg {
         });
         let one = 1i64 << INV_FRAC;
         Ok(Self {
-            rule: config.count,
+            rule,
             max: i64::from(max),
             size: unit,
             last_level,
@@ -268,7 +253,7 @@ pub fn footprint<const N: usize, T: Tap>(
     let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
     sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0, &mut out.lod);
 
-    let lines = if cfg.rule == Count::Feline {
+    let lines = if cfg.rule.has_end_points() {
         // 2(λ1 − m·2/N) in u, v; end points included.
         let mut body = [0; N];
         for i in 0..lanes.min(N) {

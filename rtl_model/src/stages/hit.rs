@@ -146,13 +146,13 @@ impl Cfg {
         let common = f(Reg::HitD).max(f(Reg::HitStep));
         let top = config.format(Reg::HitD).int.max(config.format(Reg::HitStep).int);
         fits(Reg::HitD, whole(common) + top + 1)?;
-        let tolerance = config.hit.tolerance_bits.map_or(0, i64::from);
+        let tolerance = config.policy.hit.tolerance_bits.map_or(0, i64::from);
         let tolerance_frac = ratio_frac.max(tolerance);
         fits(Reg::HitRatio, ratio + whole(tolerance_frac - ratio_frac))?;
         let one = 1i64 << tolerance_frac;
-        let tau = config.hit.tolerance_bits.map_or(0, |bits| one >> bits);
+        let tau = config.policy.hit.tolerance_bits.map_or(0, |bits| one >> bits);
         Ok(Self {
-            policy: config.hit,
+            policy: config.policy.hit,
             x: q(Reg::HitX, 0),
             direction: q(Reg::HitDirection, 0),
             inv_norm: q(Reg::HitInvNorm, 0),

@@ -35,10 +35,10 @@ impl Cfg {
     /// Compiles the stage; every combination of its knobs is legal.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        let cone = &config.cone;
+        let cone = &config.policy.cone;
         Self {
             format: cone.format.float(),
-            order: cone.order,
+            order: cone.lane_order,
             rounding: cone.rounding,
             seed: cone.seed.into(),
             rules: cone.rules,

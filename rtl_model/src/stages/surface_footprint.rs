@@ -92,7 +92,7 @@ impl Cfg {
         let f = |reg| frac(config, reg);
         let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
         let b = |reg| bits(config, reg);
-        let max = config.tex.max_anisotropy.max(1);
+        let max = config.policy.surface_footprint.max_anisotropy.max(1);
         for (reg, inv) in [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)] {
             fits(Reg::SurfInvLength, 2 * b(reg) + 2)?;
             fits(inv, b(reg) + b(Reg::SurfInvLength))?;
@@ -129,7 +129,7 @@ impl Cfg {
             unit: [q(Reg::SurfD, 0), q(Reg::SurfN, 0)],
             cosine: q(Reg::SurfCosine, f(Reg::SurfD) + f(Reg::SurfN)),
             least: ((2 << f(Reg::SurfCosine)) / i64::from(max) + 1) / 2,
-            otk_limit: (config.cone.rules == ConeRules::Otk).then(|| {
+            otk_limit: (config.policy.cone.rules == ConeRules::Otk).then(|| {
                 let up = f(Reg::SurfCosine) - i64::from(LIMIT_FRAC);
                 if up >= 0 { LIMIT << up } else { LIMIT >> -up }
             }),
@@ -141,7 +141,7 @@ impl Cfg {
             along: q(Reg::SurfAlong, f(Reg::SurfN) + f(Reg::SurfAcross)),
             dp_dx: q(Reg::SurfDpDx, 0),
             dp_dy: q(Reg::SurfDpDy, 0),
-            gradient: config.tex.gradient,
+            gradient: config.policy.cone.gradient,
             plane: q(Reg::SurfPlane, 0),
             inv_square: q(Reg::SurfInvSquare, 0),
             turned: q(Reg::SurfTurned, 0),

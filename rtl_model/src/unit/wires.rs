@@ -276,7 +276,9 @@ impl Unit {
             }
             Alone::Covariance if self.roughness.is_some() => &[&[W::D, W::RoughB]],
             Alone::Covariance => &[&[W::D]],
-            Alone::Eigen if config.axis != Axis::LongerDerivative => &[&[W::K, W::KFrac]],
+            Alone::Eigen if config.policy.footprint.axis != Axis::LongerDerivative => {
+                &[&[W::K, W::KFrac]]
+            }
             Alone::Footprint => &[&[W::Lambda, W::LambdaExp, W::Axis]],
             Alone::Back => &[&[W::Face, W::U, W::Vv, W::Count, W::Lod, W::Step]],
             Alone::LocalFrame | Alone::Bump | Alone::Roughness | Alone::Eigen => &[],

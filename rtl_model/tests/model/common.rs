@@ -1,10 +1,10 @@
 //! What the tests of the integer model share: a seeded generator, exact rounding, random units.
 
-use rtl_model::config::{Config, TexelFormat};
 use rtl_model::fx::{Format, Overflow, Rounding};
 use rtl_model::policy::{Axis, Count, Dnmod, Minor, Placement, Weights};
 use rtl_model::regs::Kind;
 use rtl_model::unit::{Needs, Words};
+use rtl_model::{Config, TexelFormat};
 use rtl_model::{Reg, Tap};
 
 /// SplitMix64: the same cases on every platform, any of them replayable by its seed.
@@ -185,14 +185,15 @@ pub fn any_config(rng: &mut Rng, spread: i64, wild: bool) -> Config {
     config.tables.eigen.entries = 2 * rng.bits(1, 64);
     config.tables.eigen.order = rng.bits(0, 1);
     config.tables.eigen.frac = rng.bits(4, 28);
-    config.placement = rng.pick(Placement::ALL);
-    config.max_probes = if rng.one_in(4) { rng.pick(&[1, 2, 63, 64]) } else { rng.bits(1, 64) };
-    config.count = rng.pick(Count::ALL);
-    config.axis = rng.pick(Axis::ALL);
-    config.weights = rng.pick(Weights::ALL);
-    config.probe_weight_bits = rng.bits(1, 12);
-    config.minor = rng.pick(Minor::ALL);
-    config.dnmod = rng.pick(Dnmod::ALL);
+    config.policy.eigen.placement = rng.pick(Placement::ALL);
+    config.policy.footprint.max_probes =
+        if rng.one_in(4) { rng.pick(&[1, 2, 63, 64]) } else { rng.bits(1, 64) };
+    config.policy.footprint.count = rng.pick(Count::ALL);
+    config.policy.footprint.axis = rng.pick(Axis::ALL);
+    config.policy.footprint.weights = rng.pick(Weights::ALL);
+    config.policy.footprint.weight_bits = rng.bits(1, 12);
+    config.policy.eigen.minor = rng.pick(Minor::ALL);
+    config.policy.jacobian.dnmod = rng.pick(Dnmod::ALL);
     config.roughness_scale = rng.range(0, (16 << 20) - 1);
     if rng.one_in(2) {
         let one = 1 << 24;
@@ -203,12 +204,12 @@ pub fn any_config(rng: &mut Rng, spread: i64, wild: bool) -> Config {
                 })
             }));
     }
-    config.weight_bits = rng.bits(1, 8);
-    config.lod_bits = rng.bits(1, 8);
-    config.texel_format = rng.pick(TexelFormat::ALL);
+    config.policy.filter.weight_bits = rng.bits(1, 8);
+    config.policy.filter.lod_bits = rng.bits(1, 8);
+    config.policy.texel.format = rng.pick(TexelFormat::ALL);
     if rng.one_in(2) {
-        config.texel_int = rng.bits(1, 17);
-        config.texel_frac = rng.bits(4, 24);
+        config.policy.texel.int = rng.bits(1, 17);
+        config.policy.texel.frac = rng.bits(4, 24);
     }
     config
 }

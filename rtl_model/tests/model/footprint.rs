@@ -73,7 +73,10 @@ fn counts_turn_over_exactly_at_their_boundaries() {
     let mut turned = 0;
     for &count in Count::ALL {
         for max_probes in [1, 2, 3, 8, 12, 16, 33, 63, 64] {
-            let config = Config { count, max_probes, ..Config::default() };
+            let config = Config::default().with(|p| {
+                p.footprint.count = count;
+                p.footprint.max_probes = max_probes;
+            });
             // With N = 2 and exponent 16 λ's codes are the codes of M and m.
             for width in [4096i64, 4097, 5000, 8191, 65536, 100_003] {
                 let mut lengths = vec![0, 1, width - 1, width, width + 1];
@@ -111,11 +114,10 @@ fn the_width_is_the_widest_of_minor_texel_and_cap_each_rounded_once() {
     let mut rng = Rng(31);
     let mut capped = 0;
     for case in 0..20_000 {
-        let mut config = Config {
-            count: rng.pick(Count::ALL),
-            max_probes: rng.bits(1, 64),
-            ..Config::default()
-        };
+        let mut config = Config::default().with(|p| {
+            p.footprint.count = rng.pick(Count::ALL);
+            p.footprint.max_probes = rng.bits(1, 64);
+        });
         let width = &mut config.formats[Reg::FootWidth.index()];
         width.rounding = rng.pick(Rounding::ALL);
         let format = *width;
@@ -127,10 +129,10 @@ fn the_width_is_the_widest_of_minor_texel_and_cap_each_rounded_once() {
         // λ2·N/2 = minor·N·2^(exp − 29).
         let scaled = (i128::from(minor) * i128::from(size)) << (12 + exp + 12);
         let own = limit(round_ratio(scaled, 1 << (29 + 12), format.rounding), format).0;
-        let max = i128::from(config.max_probes);
-        let (p, q) = match config.count {
+        let max = i128::from(config.policy.footprint.max_probes);
+        let (p, q) = match config.policy.footprint.count {
             Count::Ceil | Count::Round => (1, max),
-            Count::Pow2 => (1, 1 << config.max_probes.ilog2()),
+            Count::Pow2 => (1, 1 << config.policy.footprint.max_probes.ilog2()),
             Count::Feline => (2, max + 1),
         };
         let cap = limit(round_ratio(i128::from(got.length) * p, q, format.rounding), format).0;
@@ -144,7 +146,10 @@ fn the_width_is_the_widest_of_minor_texel_and_cap_each_rounded_once() {
 #[test]
 fn one_probe_at_most_means_one_probe_of_the_full_length() {
     for &count in Count::ALL {
-        let config = Config { count, max_probes: 1, ..Config::default() };
+        let config = Config::default().with(|p| {
+            p.footprint.count = count;
+            p.footprint.max_probes = 1;
+        });
         for length in [0, 1, 4096, 1 << 20, (1 << 30) - 1] {
             let got = line(&config, 2, [length, 0], 16, [1 << 20, 0]);
             assert_eq!(got.count, 1);
@@ -155,7 +160,10 @@ fn one_probe_at_most_means_one_probe_of_the_full_length() {
 
 #[test]
 fn a_limit_that_is_no_power_of_two_leaves_the_next_lower_power() {
-    let config = Config { count: Count::Pow2, max_probes: 12, ..Config::default() };
+    let config = Config::default().with(|p| {
+        p.footprint.count = Count::Pow2;
+        p.footprint.max_probes = 12;
+    });
     let counts: Vec<i64> =
         (0..20).map(|k| line(&config, 2, [k << 12, 4096], 16, [1 << 20, 0]).count).collect();
     assert_eq!(counts[..9], [1, 1, 2, 4, 4, 8, 8, 8, 8]);
@@ -191,11 +199,10 @@ fn steps_lie_within_their_rounding_of_the_exact_spacing() {
     let mut rng = Rng(33);
     let mut moving = 0;
     for case in 0..20_000 {
-        let config = Config {
-            count: rng.pick(Count::ALL),
-            max_probes: rng.bits(1, 64),
-            ..Config::default()
-        };
+        let config = Config::default().with(|p| {
+            p.footprint.count = rng.pick(Count::ALL);
+            p.footprint.max_probes = rng.bits(1, 64);
+        });
         let size = 1u32 << rng.bits(0, 14);
         let major = rng.range(0, (1 << 30) - 1) >> rng.range(0, 20);
         let minor = major >> rng.range(0, 8);
@@ -207,7 +214,7 @@ fn steps_lie_within_their_rounding_of_the_exact_spacing() {
         }
         // Everything in units of 2^−60: λ1 = major·2^(exp + 32).
         let lambda = i128::from(major) << (exp + 32);
-        let (length, parts) = if config.count == Count::Feline {
+        let (length, parts) = if config.policy.footprint.count == Count::Feline {
             // 2(λ1 − m·2/N), m with 12 bits; between count − 1 gaps.
             let body = (i128::from(got.width) << 49) / i128::from(size);
             (2 * (lambda - body).max(0), 2 * (i128::from(got.count) - 1))
@@ -224,7 +231,7 @@ fn steps_lie_within_their_rounding_of_the_exact_spacing() {
             // line: ½·2^−22 over `parts`; 1/parts: ½·2^−28 of the line; step: ½·2^−24; feline also cuts
             // λ1, 2/N (times m) and m·2/N to 28 bits: < 2·(2^−28 + 2^−29·m + 2^−28).
             let rounding = (1i128 << 37) / parts + (length >> 29) + (1 << 35);
-            let feline = if config.count == Count::Feline {
+            let feline = if config.policy.footprint.count == Count::Feline {
                 ((4i128 << 32) + (i128::from(got.width) << 20)) / parts
             } else {
                 0

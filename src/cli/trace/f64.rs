@@ -84,7 +84,7 @@ impl<'a> F64<'a> {
     }
 
     fn tex(&mut self, fragment: &TexFragment, cone: [f64; 2]) -> Record<'_> {
-        let wrap = self.prepared.settings().tex.wrap;
+        let wrap = self.prepared.settings().policy.address.wrap();
         let texture = self.memories.planar.as_ref().map(|map| PlanarTexture::new(map, wrap));
         let size = self.memories.texture_size;
         let probe = &mut self.probe;
@@ -97,7 +97,7 @@ impl<'a> F64<'a> {
     }
 
     fn cone(&self, cone: [f64; 2], steps: &[Step]) -> Record<'_> {
-        let knobs = &self.spec.config.cone;
+        let knobs = &self.spec.config.policy.cone;
         let finite = |x: f64| {
             if x.is_nan() { 0.0 } else { x.clamp(-f64::MAX, f64::MAX) + 0.0 }
         };

@@ -45,14 +45,14 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
     let (root, slack) = s.sqrt(diff * diff + two_b * two_b);
     s.fixed(Reg::EigenRoot, 0, root, slack);
     let root = s.value(Reg::EigenRoot, 0);
-    let longer = s.config.axis == Axis::LongerDerivative;
+    let longer = s.config.policy.footprint.axis == Axis::LongerDerivative;
     if !longer {
         let half = real(0.5);
         s.fixed(Reg::EigenSq, 0, half * (a + c + root), zero());
         s.fixed(Reg::EigenSq, 1, larger(half * (a + c - root), zero()), zero());
     }
     for k in 0..2 {
-        let (exact, slack) = if k == 1 && s.config.minor == Minor::Det && !longer {
+        let (exact, slack) = if k == 1 && s.config.policy.eigen.minor == Minor::Det && !longer {
             let major = s.value(Reg::EigenLambda, 0);
             if major.is_zero() {
                 continue;
@@ -65,7 +65,7 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
         };
         s.fixed(Reg::EigenLambda, k, exact, slack);
     }
-    match s.config.axis {
+    match s.config.policy.footprint.axis {
         Axis::EigenTable if s.config.tables.eigen.order == 0 => table_axis(s, two_b, diff),
         Axis::EigenTable => interpolated_axis(s, two_b, diff),
         Axis::EigenExact => exact_axis(s, two_b, diff, root),
@@ -111,7 +111,7 @@ fn table_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
     let step = std::f64::consts::PI / n;
     let ratio = (two_b.abs() / larger(diff.abs(), Wide::code(1, 4000))).to_f64();
     let angle = if diff.is_zero() { std::f64::consts::FRAC_PI_2 } else { libm::atan(ratio) };
-    let centred = s.config.placement == Placement::Centres;
+    let centred = s.config.policy.eigen.placement == Placement::Centres;
     // 2α in steps: the entry's number, from a boundary that is one or half a step above 0.
     let place = angle / step + if centred { 0.0 } else { 0.5 };
     // Boundary constants are off by 2^−29 each, doubles by less.
@@ -180,12 +180,9 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     let [major, minor] = [0, 1].map(|k| s.value(Reg::EigenLambda, k));
     s.fixed(Reg::FootLength, 0, major * real(half), zero());
     let length = s.value(Reg::FootLength, 0);
-    let max = f64::from(config.max_probes);
-    let cap = match config.count {
-        Count::Ceil | Count::Round => 1.0 / max,
-        Count::Pow2 => 1.0 / f64::from(1u32 << config.max_probes.max(1).ilog2()),
-        Count::Feline => 2.0 / (max + 1.0),
-    };
+    let policy = &config.policy.footprint;
+    let [most, of] = policy.count.most(policy.max_probes).map(f64::from);
+    let cap = of / most;
     // Dividing in doubles costs 2^−52 of the quotient.
     let capped = length * real(cap);
     let exact = larger(larger(minor * real(half), capped), real(1.0));
@@ -208,10 +205,10 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     }
     let Some(count) = case.count() else { return };
     if case.input("count", 0).is_none() && length.to_f64() >= 0.0 && width.to_f64() > 0.0 {
-        s.choice("count", count, counted(config.count, config.max_probes, length, width));
+        s.choice("count", count, counted(policy.count, policy.max_probes, length, width));
     }
     let axis = [0, 1].map(|k| s.value(Reg::EigenAxis, k));
-    let feline = config.count == Count::Feline;
+    let feline = policy.count.has_end_points();
     // What a texture's λ counts in, in texels; a cube's is in u and v.
     let in_units = if planar { f64::from(unit) / 2.0 } else { 1.0 };
     for (k, axis) in axis.into_iter().enumerate() {

@@ -37,7 +37,7 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
         (i64::from(libm::ilogb(want)) - mantissa).max(format.lowest_exponent())
     };
     let lsb = libm::ldexp(1.0, num::i32(place));
-    let own = match sheet.config.cone.rounding {
+    let own = match sheet.config.policy.cone.rounding {
         StoreRounding::Rne => 0.5,
         StoreRounding::Truncate | StoreRounding::Stochastic => 1.0,
     };
@@ -48,7 +48,7 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
 
 /// The stage.
 pub(super) fn ray_cone(sheet: &mut Sheet<'_>, case: &Case<'_>) {
-    let format = sheet.config.cone.format.float();
+    let format = sheet.config.policy.cone.format.float();
     let input = |name: &str| {
         let bits = u32::try_from(case.input(name, 0)?).ok()?;
         Some(value(format.unpack(bits).0))
@@ -58,7 +58,7 @@ pub(super) fn ray_cone(sheet: &mut Sheet<'_>, case: &Case<'_>) {
         return;
     };
     let cone = Cone { angle: Angle(angle), width: Width(width) };
-    let (rules, diffuse) = (sheet.config.cone.rules, sheet.config.cone.set_diffuse);
+    let (rules, diffuse) = (sheet.config.policy.cone.rules, sheet.config.policy.cone.set_diffuse);
     let exact = exact_cone(cone, step, rules, diffuse);
     if let (Some(angle), Some(width)) = (case.output("angle"), case.output("width")) {
         code(sheet, format, "angle", angle, exact.angle.0);

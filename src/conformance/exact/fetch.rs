@@ -1,6 +1,6 @@
 //! Rules of `address` and `filter`.
 
-use rtl_model::config::TexelFormat;
+use rtl_model::TexelFormat;
 use rtl_model::regs::Reg;
 use rtl_model::stages::filter::weights::weights;
 
@@ -8,7 +8,7 @@ use super::Case;
 use super::sheet::{Sheet, real, zero};
 use crate::base::num;
 use crate::cube::{CubeMap, FACE_AXES, direction, major_face};
-use crate::policy::{Count, Weights, Wrap};
+use crate::policy::{Weights, Wrap};
 use crate::reference::Texture;
 use crate::reference::real::Real;
 use crate::reference::wide::Wide;
@@ -19,7 +19,7 @@ fn level(s: &Sheet<'_>, last: usize) -> Option<(usize, i64)> {
     let frac = code.frac.clamp(0, 60);
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
-    let down = frac - i64::from(s.config.lod_bits);
+    let down = frac - i64::from(s.config.policy.filter.lod_bits);
     let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
     let whole = usize::try_from(whole).ok()?;
     Some(if whole >= last { (last, 0) } else { (whole, weight) })
@@ -72,7 +72,7 @@ fn centre(s: &Sheet<'_>, axis: usize, planar: bool) -> Wide {
     }
     let st = s.value([Reg::SurfS, Reg::SurfT][axis], 0).to_f64();
     let x = 2.0 * st - 1.0;
-    let wrap = s.config.tex.wrap[axis];
+    let wrap = s.config.policy.address.wrap()[axis];
     real(if wrap == Wrap::Repeat { wrapped(x, wrap) } else { x })
 }
 
@@ -97,7 +97,11 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
         let mut uv = [zero(); 2];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
             let x = centre(s, i, planar) + along * s.value(Reg::FootStep, i);
-            let x = if planar { real(wrapped(x.to_f64(), s.config.tex.wrap[i])) } else { x };
+            let x = if planar {
+                real(wrapped(x.to_f64(), s.config.policy.address.wrap()[i]))
+            } else {
+                x
+            };
             s.fixed(reg, index, x, zero());
             uv[i] = s.value(reg, index);
         }
@@ -120,7 +124,7 @@ fn cell(s: &Sheet<'_>, component: usize, size: f64) -> Option<(usize, i64)> {
     let frac = code.frac.clamp(0, 60);
     let whole = code.raw >> frac;
     let part = code.raw - (whole << frac);
-    let bits = i64::from(s.config.weight_bits);
+    let bits = i64::from(s.config.policy.filter.weight_bits);
     let down = frac - bits;
     let weight = if down > 0 { (part + (1 << (down - 1))) >> down } else { part << -down };
     #[expect(clippy::cast_possible_truncation, reason = "a face's size")]
@@ -142,9 +146,9 @@ pub(super) fn filter(s: &mut Sheet<'_>, case: &Case<'_>, map: Option<&CubeMap>) 
     let Some((first, weight)) = level(s, last) else {
         return;
     };
-    let exact_memory = s.config.texel_format == TexelFormat::Half
-        && s.config.texel_frac >= 24
-        && s.config.texel_int >= 16;
+    let exact_memory = s.config.policy.texel.format == TexelFormat::Half
+        && s.config.policy.texel.frac >= 24
+        && s.config.policy.texel.int >= 16;
     if let (Some(map), Some(face), true) = (map, case.face(), exact_memory) {
         bilinear(s, map, face, count, [first, usize::from(weight != 0)]);
     }
@@ -154,10 +158,10 @@ pub(super) fn filter(s: &mut Sheet<'_>, case: &Case<'_>, map: Option<&CubeMap>) 
 fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, two]: [usize; 2]) {
     let texture = Texture::new(map);
     let config = s.config;
-    let exact_frac = config.texel_frac + 2 * config.weight_bits;
+    let exact_frac = config.policy.texel.frac + 2 * config.policy.filter.weight_bits;
     let register = config.format(Reg::FilterBilinear);
-    let narrowed = register.frac < exact_frac || register.int < config.texel_int;
-    let one = 1i64 << config.weight_bits;
+    let narrowed = register.frac < exact_frac || register.int < config.policy.texel.int;
+    let one = 1i64 << config.policy.filter.weight_bits;
     for k in 0..num::usize(count) {
         let uv = [Reg::AddrU, Reg::AddrV].map(|reg| s.value(reg, k));
         let probe = on_cube(s, face, uv);
@@ -179,7 +183,7 @@ fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, t
             for c in 0..3 {
                 let mut sum = zero();
                 for (x, y, weight) in taps {
-                    let share = Wide::code(weight, 2 * i64::from(config.weight_bits));
+                    let share = Wide::code(weight, 2 * i64::from(config.policy.filter.weight_bits));
                     if weight == 0 {
                         continue;
                     }
@@ -204,16 +208,16 @@ fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, t
 /// Levels combined, probes weighted, one rounding.
 fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
     let config = s.config;
-    let feline = config.count == Count::Feline;
+    let policy = &config.policy.footprint;
     let probes = num::usize(count);
-    let (shares, total) = match config.weights {
+    let (shares, total) = match policy.weights {
         Weights::Box => (vec![1; probes], count.max(1)),
         Weights::Gaussian => {
             let n = num::u32(count.max(1));
-            (weights(n, config.probe_weight_bits, feline), 1 << config.probe_weight_bits)
+            (weights(n, policy.weight_bits, policy.count.has_end_points()), 1 << policy.weight_bits)
         }
     };
-    let next = Wide::code(weight, i64::from(config.lod_bits));
+    let next = Wide::code(weight, i64::from(config.policy.filter.lod_bits));
     let here = real(1.0) - next;
     for c in 0..3 {
         let mut sum = zero();

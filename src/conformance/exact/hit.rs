@@ -36,7 +36,7 @@ fn look_up(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], memory: &DistanceMemor
     let face = rtl_model::stages::cube_face::select(raw);
     let [sc, tc, ma] = components(face, raw.map(|x| Wide::code(x, own)));
     let n = real(f64::from(num::u32(*size)));
-    let bilinear = s.config.hit.look_up == LookUp::Bilinear;
+    let bilinear = s.config.policy.hit.lookup == LookUp::Bilinear;
     for (i, side) in [sc, tc].into_iter().enumerate() {
         let exact = side / ma;
         let slack = Sheet::share(exact, s.tables.recip);
@@ -133,7 +133,7 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     }
     point(s, 0, x, r);
     let mut bracket = Bracket { under: (zero(), p), over: None, side: 0 };
-    for k in 0..num::usize(s.config.hit.iterations) {
+    for k in 0..num::usize(s.config.policy.hit.iterations) {
         if !s.has(Reg::HitLength, k + 1) {
             break;
         }
@@ -185,7 +185,7 @@ fn point(s: &mut Sheet<'_>, index: usize, x: [Wide; 3], r: [Wide; 3]) {
 fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     let one = real(1.0);
     let (d, f) = (s.value(Reg::HitD, k), s.value(Reg::HitRatio, k + 1));
-    let tau = s.config.hit.tolerance_bits.map_or(zero(), |bits| Wide::code(1, bits.into()));
+    let tau = s.config.policy.hit.tolerance_bits.map_or(zero(), |bits| Wide::code(1, bits.into()));
     let side = if f > one + tau {
         1
     } else if f < one - tau {
@@ -196,7 +196,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     let again = bracket.side == side;
     bracket.side = side;
     let before = bracket.under;
-    let halves = s.config.hit.method == Method::Illinois && again;
+    let halves = s.config.policy.hit.method == Method::Illinois && again;
     let mut other = if side > 0 {
         bracket.over = Some((d, f));
         bracket.under
@@ -216,7 +216,8 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     if !s.has(Reg::HitStep, k) {
         return;
     }
-    let secant = bracket.over.is_none() && s.config.hit.method == Method::Secant && f > before.1;
+    let secant =
+        bracket.over.is_none() && s.config.policy.hit.method == Method::Secant && f > before.1;
     if bracket.over.is_none() && !secant {
         s.fixed(Reg::HitStep, k, far * (one - f), zero());
         return;
@@ -242,7 +243,7 @@ fn basis(s: &mut Sheet<'_>, r: [Wide; 3]) {
     let across = beside(r);
     let (inv, slack) = s.rsqrt(dot(across, across));
     s.block(Reg::HitInvAcross, 0, &[inv], slack);
-    if s.config.hit.footprint == HitFootprint::Disc {
+    if s.config.policy.hit.footprint == HitFootprint::Disc {
         let t1 = scale(s.value(Reg::HitInvAcross, 0), across);
         for (i, x) in t1.into_iter().enumerate() {
             s.fixed(Reg::HitTangent, i, x, zero());
@@ -260,7 +261,7 @@ pub(super) fn projected(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&Dist
         return;
     };
     let escaped = status == HitStatus::Escaped;
-    if escaped && s.config.tex.env == ConeEnv::Otk || !s.has(Reg::JacDvr, 0) {
+    if escaped && s.config.policy.cone.env == ConeEnv::Otk || !s.has(Reg::JacDvr, 0) {
         return;
     }
     let Some(width) = width(s, case, escaped, memory) else {

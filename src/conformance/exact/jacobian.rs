@@ -63,7 +63,7 @@ pub(super) fn project_d(s: &mut Sheet<'_>, case: &Case<'_>, column: usize) {
 fn normal(s: &mut Sheet<'_>) {
     let dn = [s.vector(Reg::JacDnDx, 0), s.vector(Reg::JacDnDy, 0)];
     let bumped = s.has(Reg::BumpN, 0) || s.has(Reg::BumpB, 0);
-    if !bumped || s.config.dnmod == Dnmod::Paper {
+    if !bumped || s.config.policy.jacobian.dnmod == Dnmod::Paper {
         for (col, dn) in dn.into_iter().enumerate() {
             for (i, x) in dn.into_iter().enumerate() {
                 s.fixed(Reg::JacDnMod, 3 * col + i, x, zero());
@@ -88,7 +88,7 @@ fn normal(s: &mut Sheet<'_>) {
         perp[col] = s.vector(Reg::JacDnPerp, 3 * col);
     }
     let mut out = perp;
-    if s.config.dnmod == Dnmod::Frame {
+    if s.config.policy.jacobian.dnmod == Dnmod::Frame {
         let e = [s.vector(Reg::FrameE1, 0), s.vector(Reg::FrameE2, 0)];
         let h = s.vector(Reg::FrameH, 0);
         let cotangent = dot(n, h) / dot(e[1], h);

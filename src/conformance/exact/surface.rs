@@ -21,7 +21,7 @@ fn nominal(s: &Sheet<'_>, reg: Reg) -> [Wide; 3] {
 /// The cone's width, signed.
 fn width(s: &Sheet<'_>, case: &Case<'_>) -> Option<Wide> {
     let code = u32::try_from(case.input("width", 0)?).ok()?;
-    let (Dyadic { negative, m, e }, _) = s.config.cone.format.float().unpack(code);
+    let (Dyadic { negative, m, e }, _) = s.config.policy.cone.format.float().unpack(code);
     let raw = i64::try_from(m).ok()?;
     Some(Wide::code(if negative { -raw } else { raw }, -e))
 }
@@ -50,7 +50,7 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
     s.fixed(Reg::SurfCosine, 0, dot(d, n), zero());
     let mut across = cross(d, n);
     let parallel = across.iter().all(|x| x.is_zero());
-    let otk = s.config.cone.rules == ConeRules::Otk;
+    let otk = s.config.policy.cone.rules == ConeRules::Otk;
     let cosine = s.value(Reg::SurfCosine, 0).abs();
     let flat = otk && cosine >= real(16_760_439.0 / 16_777_216.0);
     let n = if n.iter().all(|x| x.is_zero()) { [zero(), zero(), real(1.0)] } else { n };
@@ -70,14 +70,15 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
         s.fixed(Reg::SurfAlong, i, x, zero());
     }
     let lsb = s.lsb(Reg::SurfCosine, 0);
-    let least = real(1.0 / f64::from(s.config.tex.max_anisotropy.max(1)));
+    let least = real(1.0 / f64::from(s.config.policy.surface_footprint.max_anisotropy.max(1)));
     let (divisor, rounded) = if parallel || flat {
         (real(1.0), zero())
     } else if cosine > least {
         (cosine, zero())
     } else {
         // The limit itself is rounded to the cosine's fraction, where that has not all of its bits.
-        let exact = s.config.tex.max_anisotropy.is_power_of_two() && least >= lsb;
+        let exact =
+            s.config.policy.surface_footprint.max_anisotropy.is_power_of_two() && least >= lsb;
         (least, if exact { zero() } else { lsb })
     };
     let (inv, slack) = s.recip(divisor);
@@ -97,7 +98,7 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
 fn gradients(s: &mut Sheet<'_>) {
     let tangents = [s.vector(Reg::SurfDpDs, 0), s.vector(Reg::SurfDpDt, 0)];
     let regs = [Reg::SurfGradS, Reg::SurfGradT];
-    let gram = s.config.tex.gradient == ConeGradient::Gram;
+    let gram = s.config.policy.cone.gradient == ConeGradient::Gram;
     if gram {
         s.block(Reg::SurfPlane, 0, &cross(tangents[0], tangents[1]), zero());
     }

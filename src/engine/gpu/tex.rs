@@ -169,7 +169,7 @@ impl<'a> GpuTex<'a> {
             sky: Program::new(gpu, Kernel::Fused(Fused::Sky))?,
             textures,
             environment,
-            wrap: settings.tex.wrap,
+            wrap: settings.policy.address.wrap(),
             gpu,
         };
         if let Some(texture) = out.textures.first() {

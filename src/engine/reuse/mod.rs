@@ -79,7 +79,8 @@ pub struct Saved {
 /// Everything that texels in memory depend on, beside the map.
 fn texel_key(config: &Config) -> u64 {
     let mut hasher = StepHasher::default();
-    (config.texel_format, config.texel_int, config.texel_frac).hash(&mut hasher);
-    config.tex.wrap.hash(&mut hasher);
+    (config.policy.texel.format, config.policy.texel.int, config.policy.texel.frac)
+        .hash(&mut hasher);
+    config.policy.address.wrap().hash(&mut hasher);
     hasher.finish()
 }

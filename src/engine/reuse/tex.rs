@@ -83,7 +83,8 @@ impl KeptTex {
             return Ok((rendering, Saved::default()));
         }
         let mut hasher = StepHasher::default();
-        (&spec.config.cone, &spec.config.tex).hash(&mut hasher);
+        let policy = &spec.config.policy;
+        (policy.cone, policy.surface_footprint, policy.address).hash(&mut hasher);
         let cones = hasher.finish();
         if self.rows.is_empty() || self.cones != cones {
             self.rows = (0..subject.scene.height)

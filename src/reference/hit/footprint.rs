@@ -55,7 +55,7 @@ pub(super) fn env<T: Tap>(
     let escaped = hit.status == HitStatus::Escaped;
     let mut flags = hit.flags;
     let mut t = basis(hit.r);
-    if settings.hit.footprint == HitFootprint::Plane && !escaped {
+    if settings.policy.hit.footprint == HitFootprint::Plane && !escaped {
         let turned = match prepared.rotation() {
             None => hit.l,
             Some(a) => a.map(|row| dot(row, unit(hit.l))),
@@ -65,7 +65,7 @@ pub(super) fn env<T: Tap>(
             Some(a) => [0, 1, 2].map(|i| a[0][i] * n[0] + a[1][i] * n[1] + a[2][i] * n[2]),
         };
         match distance.normal(turned) {
-            Some(n) => t = onto_plane(hit.r, t, back(n), settings.max_probes),
+            Some(n) => t = onto_plane(hit.r, t, back(n), settings.policy.footprint.max_probes),
             None => flags.insert(Flag::HitNoPlane),
         }
     }
@@ -102,7 +102,7 @@ fn front<R: Real, T: Tap>(
     let matrix = prepared.rotation().map(|rows| rows.map(vector::<R>));
     let facing = cube_face(vector::<R>(l), matrix.as_ref(), &mut flags, tap);
     let width = R::from_f64(width);
-    let constant = escaped && settings.tex.env == ConeEnv::Otk;
+    let constant = escaped && settings.policy.cone.env == ConeEnv::Otk;
     let zero = R::from_f64(0.0);
     let mut d = [[zero; 2]; 2];
     let mut terms = zero;
@@ -126,8 +126,14 @@ fn front<R: Real, T: Tap>(
     }
     put(tap, Stage::Jacobian, "d", d.as_flattened());
     let k = covariance(&d, None, tap);
-    let axes = eigen(k, [Some(&d), None], (settings.axis, settings.minor), prepared.angles(), tap);
-    let exact = trusted(k, terms, zero, axes.lambda, settings.minor);
+    let axes = eigen(
+        k,
+        [Some(&d), None],
+        (settings.policy.footprint.axis, settings.policy.eigen.minor),
+        prepared.angles(),
+        tap,
+    );
+    let exact = trusted(k, terms, zero, axes.lambda, settings.policy.eigen.minor);
     for (values, flag) in [
         (d.as_flattened(), Flag::DerivativesSaturated),
         (&k, Flag::CovarianceSaturated),

@@ -2,7 +2,7 @@
 
 use rtl_model::Config;
 use rtl_model::TexelFormat;
-use rtl_model::policy::{Axis, Count, Dnmod, Minor, Weights};
+use rtl_model::policy::{Axis, Dnmod, Minor, Weights};
 use rtl_model::regs::Reg;
 
 use super::gates::{PORT, Parts, log2};
@@ -94,7 +94,7 @@ fn normal(p: &mut Parts, c: &Config, bumped: bool) {
     p.shifted_register(c, Reg::JacDnDx, 3, 53);
     p.shifted_register(c, Reg::JacDnDy, 3, 53);
     let mut dn = w(c, Reg::JacDnDx);
-    if bumped && c.dnmod != Dnmod::Paper {
+    if bumped && c.policy.jacobian.dnmod != Dnmod::Paper {
         let n = w(c, Reg::FrameN);
         p.dot(n, n, 3, 1);
         p.reciprocal(c, 2 * n + 2);
@@ -107,7 +107,7 @@ fn normal(p: &mut Parts, c: &Config, bumped: bool) {
         p.add(n + w(c, Reg::JacAlong) + 1, 6);
         p.register(c, Reg::JacDnPerp, 6);
         dn = w(c, Reg::JacDnPerp);
-        if c.dnmod == Dnmod::Frame {
+        if c.policy.jacobian.dnmod == Dnmod::Frame {
             frame(p, c);
         }
     }
@@ -207,7 +207,7 @@ pub(super) fn covariance(c: &Config, d: Reg, rough: bool) -> Parts {
         exact = exact.max(2 * w(c, Reg::RoughB) + 1) + 1;
         p.add(exact, 3);
     }
-    if c.axis == Axis::LongerDerivative {
+    if c.policy.footprint.axis == Axis::LongerDerivative {
         // The squares are there; their sums by columns and the longest one are not.
         let columns = if rough { 4 } else { 2 };
         p.add(exact, 2 * columns);
@@ -228,7 +228,7 @@ pub(super) fn eigen(c: &Config) -> Parts {
     p.add(k.max(w(c, Reg::EigenRoot)) + 1, 3);
     p.register(c, Reg::EigenSq, 2);
     p.root(c, w(c, Reg::EigenSq));
-    if c.minor == Minor::Det && c.axis != Axis::LongerDerivative {
+    if c.policy.eigen.minor == Minor::Det && c.policy.footprint.axis != Axis::LongerDerivative {
         p.dot(k, k, 2, 1);
         p.root(c, 2 * k);
         p.reciprocal(c, w(c, Reg::EigenLambda));
@@ -238,7 +238,7 @@ pub(super) fn eigen(c: &Config) -> Parts {
     }
     p.shifted_register(c, Reg::EigenLambda, 2, PORT);
     let axis = w(c, Reg::EigenAxis);
-    match c.axis {
+    match c.policy.footprint.axis {
         Axis::EigenTable => angle_table(&mut p, c, k),
         Axis::EigenExact | Axis::LongerDerivative => {
             p.dot(PORT, PORT, 2, 1);
@@ -279,7 +279,8 @@ pub(super) fn footprint(c: &Config) -> Parts {
     p.multiply(lambda, 16, 2);
     p.shifted_register(c, Reg::FootLength, 1, lambda + 16);
     p.shifted_register(c, Reg::FootWidth, 1, lambda + 16);
-    if c.max_probes.count_ones() != 1 || c.count == Count::Feline {
+    if c.policy.footprint.max_probes.count_ones() != 1 || c.policy.footprint.count.has_end_points()
+    {
         // M over a constant that is no power of two: a multiplication with its reciprocal.
         p.multiply(w(c, Reg::FootLength), 16, 1);
     }
@@ -287,7 +288,7 @@ pub(super) fn footprint(c: &Config) -> Parts {
     p.choose(w(c, Reg::FootWidth), 3, 1);
     // Six steps of a comparison with a multiple of m, and that multiple.
     let wide = w(c, Reg::FootLength).max(w(c, Reg::FootWidth)) + 14;
-    let steps = log2(c.max_probes + 1);
+    let steps = log2(c.policy.footprint.max_probes + 1);
     p.add(wide, 2 * steps);
     p.choose(wide, 2, steps);
     p.normalise(w(c, Reg::FootWidth));
@@ -295,12 +296,12 @@ pub(super) fn footprint(c: &Config) -> Parts {
     p.register(c, Reg::FootLod, 1);
     p.choose(w(c, Reg::FootLod), 3, 1);
     p.multiply(lambda, w(c, Reg::EigenAxis), 2);
-    if c.count == Count::Feline {
+    if c.policy.footprint.count.has_end_points() {
         p.multiply(w(c, Reg::FootWidth), 28, 1);
         p.add(38, 1);
     }
     p.shifted_register(c, Reg::FootLine, 2, lambda + w(c, Reg::EigenAxis));
-    p.rom_bits += u64::from(c.max_probes) * 29;
+    p.rom_bits += u64::from(c.policy.footprint.max_probes) * 29;
     p.multiply(w(c, Reg::FootLine), 29, 2);
     p.register(c, Reg::FootStep, 2);
     p
@@ -310,7 +311,7 @@ pub(super) fn footprint(c: &Config) -> Parts {
 pub(super) fn address(c: &Config, planar: bool) -> Parts {
     let mut p = Parts::default();
     let (u, s) = (w(c, Reg::AddrU), w(c, Reg::AddrS));
-    p.multiply(w(c, Reg::FootStep), log2(c.max_probes) + 2, 2);
+    p.multiply(w(c, Reg::FootStep), log2(c.policy.footprint.max_probes) + 2, 2);
     p.add(u + 8, 2);
     p.register(c, Reg::AddrU, 1);
     p.register(c, Reg::AddrV, 1);
@@ -335,8 +336,8 @@ pub(super) fn address(c: &Config, planar: bool) -> Parts {
 /// One trilinear probe a cycle: eight texels decoded, weighed and added up.
 pub(super) fn filter(c: &Config) -> Parts {
     let mut p = Parts::default();
-    let (weight, texel) = (c.weight_bits, c.texel_int + c.texel_frac);
-    match c.texel_format {
+    let (weight, texel) = (c.policy.filter.weight_bits, c.policy.texel.int + c.policy.texel.frac);
+    match c.policy.texel.format {
         TexelFormat::Half => p.shift(texel, 32, 24),
         TexelFormat::Rgb9e5 => p.shift(texel, 32, 24),
         TexelFormat::Unorm8 => p.multiply(8, texel, 24),
@@ -348,32 +349,34 @@ pub(super) fn filter(c: &Config) -> Parts {
     let sum = texel + 2 * weight;
     p.add(sum + 2, 18);
     let bilinear = c.format(Reg::FilterBilinear);
-    let narrowed = bilinear.frac < c.texel_frac + 2 * weight || bilinear.int < c.texel_int;
+    let narrowed =
+        bilinear.frac < c.policy.texel.frac + 2 * weight || bilinear.int < c.policy.texel.int;
     let kept = if narrowed {
         p.register(c, Reg::FilterBilinear, 6);
         bilinear.width()
     } else {
         sum
     };
-    let mut total = kept + log2(c.max_probes);
-    if c.weights == Weights::Gaussian {
-        p.multiply(kept, c.probe_weight_bits + 1, 6);
-        total = kept + c.probe_weight_bits + 1;
+    let mut total = kept + log2(c.policy.footprint.max_probes);
+    if c.policy.footprint.weights == Weights::Gaussian {
+        p.multiply(kept, c.policy.footprint.weight_bits + 1, 6);
+        total = kept + c.policy.footprint.weight_bits + 1;
         // One row a count, one weight a probe of half of the line.
-        let half = (1..=c.max_probes).map(|n| u64::from(n.div_ceil(2))).sum::<u64>();
-        p.rom_bits += half * u64::from(c.probe_weight_bits + 1);
+        let half =
+            (1..=c.policy.footprint.max_probes).map(|n| u64::from(n.div_ceil(2))).sum::<u64>();
+        p.rom_bits += half * u64::from(c.policy.footprint.weight_bits + 1);
     }
     p.add(total, 6);
     p.register_bits += u64::from(total) * 6;
     // Once a fragment: between two levels, over the count, the output.
-    p.multiply(total, c.lod_bits + 1, 6);
-    p.add(total + c.lod_bits, 3);
-    if c.weights == Weights::Box && c.max_probes > 1 {
+    p.multiply(total, c.policy.filter.lod_bits + 1, 6);
+    p.add(total + c.policy.filter.lod_bits, 3);
+    if c.policy.footprint.weights == Weights::Box && c.policy.footprint.max_probes > 1 {
         // An exact quotient: a product with the rounded-up reciprocal, as wide as the dividend, and the rest.
-        let dividend = total + c.lod_bits;
-        p.rom_bits += u64::from(c.max_probes) * u64::from(dividend);
+        let dividend = total + c.policy.filter.lod_bits;
+        p.rom_bits += u64::from(c.policy.footprint.max_probes) * u64::from(dividend);
         p.multiply(dividend, dividend, 3);
-        p.multiply(dividend, log2(c.max_probes) + 1, 3);
+        p.multiply(dividend, log2(c.policy.footprint.max_probes) + 1, 3);
         p.add(dividend, 3);
     }
     p.register(c, Reg::FilterColor, 3);

@@ -98,7 +98,7 @@ impl CostModel {
                 unmodelled.push("curvatures, and whatever makes rays");
             }
             Operation::Tex => {
-                stages.push((Stage::RayCone, rays::ray_cone(c, true, c.tex.cones)));
+                stages.push((Stage::RayCone, rays::ray_cone(c, true, c.policy.cone.count)));
                 stages.push((Stage::SurfaceFootprint, rays::surface_footprint(c)));
                 // The environment that paths leave for.
                 stages.push((Stage::CubeFace, env::cube_face(c, Reg::HitTo)));

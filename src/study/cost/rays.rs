@@ -21,7 +21,7 @@ fn look_up(p: &mut Parts, c: &Config) {
     p.multiply(w(c, Reg::HitUv), 16, 2);
     p.register(c, Reg::HitS, 2);
     p.choose(w(c, Reg::HitS), 3, 2);
-    if c.hit.look_up == LookUp::Bilinear {
+    if c.policy.hit.lookup == LookUp::Bilinear {
         let sub = c.format(Reg::HitS).frac;
         p.multiply(sub + 1, sub + 1, 4);
         p.multiply(w(c, Reg::HitDistance), 2 * sub + 1, 4);
@@ -58,7 +58,7 @@ pub(super) fn hit(c: &Config) -> Parts {
     p.multiply(w(c, Reg::HitRadius), ratio, 1);
     // Eq. 3: d and ratio of both ends stand in registers.
     p.register_bits += 2 * u64::from(d + ratio);
-    if c.hit.method == Method::Illinois {
+    if c.policy.hit.method == Method::Illinois {
         p.register(c, Reg::HitHalved, 1);
     }
     p.add(ratio, 2);
@@ -69,7 +69,7 @@ pub(super) fn hit(c: &Config) -> Parts {
     p.add(d, 1);
     p.multiply(d, w(c, Reg::HitQuotient), 1);
     p.shifted_register(c, Reg::HitStep, 1, d + w(c, Reg::HitQuotient));
-    if c.hit.method == Method::Secant {
+    if c.policy.hit.method == Method::Secant {
         p.add(w(c, Reg::HitStep), 1);
         p.choose(w(c, Reg::HitStep), 2, 1);
     }
@@ -95,10 +95,10 @@ pub(super) fn hit_footprint(c: &Config) -> Parts {
     p.shifted_register(c, Reg::HitTangent, 3, r + w(c, Reg::HitInvAcross));
     p.dot(r, t, 2, 3);
     p.register(c, Reg::HitTangent, 3);
-    if c.hit.footprint == HitFootprint::Plane {
+    if c.policy.hit.footprint == HitFootprint::Plane {
         plane(&mut p, c);
     }
-    let width = c.cone.format.float().mantissa_bits + 1;
+    let width = c.policy.cone.format.float().mantissa_bits + 1;
     p.multiply(t, width, 6);
     p.shifted_register(c, Reg::JacDvr, 6, t + width);
     project(&mut p, c, [Reg::JacDvr, Reg::JacNumerator, Reg::JacD], 2);
@@ -139,7 +139,7 @@ fn plane(p: &mut Parts, c: &Config) {
 /// of `refract` and `scatter` and one divider. Cones live in `cones` pairs of registers.
 pub(super) fn ray_cone(c: &Config, bends: bool, cones: u32) -> Parts {
     let mut p = Parts::default();
-    let format = c.cone.format.float();
+    let format = c.policy.cone.format.float();
     let significand = format.mantissa_bits + 1;
     let stored = format.exponent_bits + format.mantissa_bits + 1;
     // An operand comes as binary32: 24 bits.
@@ -206,7 +206,7 @@ pub(super) fn surface_footprint(c: &Config) -> Parts {
     p.add(w(c, Reg::SurfCosine), 1);
     p.reciprocal(c, w(c, Reg::SurfCosine));
     p.block(c, Reg::SurfInvCosine, 1, PORT);
-    let width = c.cone.format.float().mantissa_bits + 1;
+    let width = c.policy.cone.format.float().mantissa_bits + 1;
     p.multiply(width, w(c, Reg::SurfInvCosine), 1);
     p.block(c, Reg::SurfStretch, 1, width + w(c, Reg::SurfInvCosine));
     p.multiply(w(c, Reg::SurfAlong), w(c, Reg::SurfStretch), 3);
@@ -237,7 +237,7 @@ fn gradients(p: &mut Parts, c: &Config) {
     p.dot(t, t, 3, 2);
     inverse(p, 2 * t + 2);
     let mut v = t;
-    if c.tex.gradient == ConeGradient::Gram {
+    if c.policy.cone.gradient == ConeGradient::Gram {
         let plane = w(c, Reg::SurfPlane);
         p.dot(t, t, 2, 3);
         p.block(c, Reg::SurfPlane, 3, 2 * t + 1);

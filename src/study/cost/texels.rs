@@ -47,11 +47,11 @@ impl Cache {
 /// Bytes of a texel in memory, a power of two.
 #[must_use]
 pub fn texel_bytes(config: &Config) -> usize {
-    match config.texel_format {
+    match config.policy.texel.format {
         TexelFormat::Unorm8 | TexelFormat::Rgb9e5 => 4,
         TexelFormat::Half => 8,
         TexelFormat::Q => {
-            let bits = 3 * (config.texel_int + config.texel_frac);
+            let bits = 3 * (config.policy.texel.int + config.policy.texel.frac);
             usize::try_from(bits.div_ceil(8)).unwrap_or(16).next_power_of_two()
         }
     }
@@ -214,10 +214,11 @@ impl Walk {
 pub(in crate::study) fn key(probes: u64, config: &Config) -> u64 {
     use rtl_model::regs::Reg;
     let mut hasher = StepHasher::default();
-    (probes, texel_bytes(config), config.lod_bits, config.weight_bits).hash(&mut hasher);
+    (probes, texel_bytes(config), config.policy.filter.lod_bits, config.policy.filter.weight_bits)
+        .hash(&mut hasher);
     [Reg::AddrU, Reg::AddrV, Reg::AddrS].map(|reg| config.format(reg)).hash(&mut hasher);
     // Probes beyond an edge come back through the reciprocal.
-    (config.tables.recip, config.tex.wrap).hash(&mut hasher);
+    (config.tables.recip, config.policy.address.wrap()).hash(&mut hasher);
     hasher.finish()
 }
 

@@ -170,7 +170,8 @@ fn attribution(
             }
         }
         if stage == Stage::Filter {
-            (longer.config.weight_bits, longer.config.lod_bits) = (8, 8);
+            (longer.config.policy.filter.weight_bits, longer.config.policy.filter.lod_bits) =
+                (8, 8);
         }
         add(stage.name(), &longer, bench)?;
     }

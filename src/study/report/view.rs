@@ -81,7 +81,7 @@ pub(super) fn view(
             let unit = &engine.textures[look.texture];
             unit.lanes::<1, _>(std::slice::from_ref(&words), &mut mine);
             let map = &s.scene.textures[look.texture];
-            let wrap = settings.tex.wrap;
+            let wrap = settings.policy.address.wrap();
             let planar = PlanarTexture::new(map, wrap);
             let found =
                 tex(&prepared, width, &look.fragment, map.size(), Some(&planar), &mut theirs);

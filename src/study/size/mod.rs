@@ -281,11 +281,11 @@ fn trim(spec: &mut UnitSpec, ranges: &Ranges) -> Vec<(String, u32, u32)> {
         }
     };
     // At the limit itself m may have been widened: then it stays.
-    let probes = spec.config.max_probes;
+    let probes = spec.config.policy.footprint.max_probes;
     lower("footprint.max_probes", probes, ranges.probes, spec);
     // Where nothing searches there is no limit to lower.
     if ranges.searches && ranges.look_ups > 0 {
-        let look_ups = spec.config.hit.iterations;
+        let look_ups = spec.config.policy.hit.iterations;
         lower("hit.iterations", look_ups, ranges.look_ups, spec);
     }
     out
@@ -315,9 +315,9 @@ pub fn size(
         spec = untrimmed;
         trimmed.clear();
     }
-    let texel = (ranges.texel_int + options.margin).min(spec.config.texel_int);
-    if texel < spec.config.texel_int {
-        let before = std::mem::replace(&mut spec.config.texel_int, texel);
+    let texel = (ranges.texel_int + options.margin).min(spec.config.policy.texel.int);
+    if texel < spec.config.policy.texel.int {
+        let before = std::mem::replace(&mut spec.config.policy.texel.int, texel);
         trimmed.push(("texel.int".into(), before, texel));
     }
     let start = spec.clone();

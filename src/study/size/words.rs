@@ -142,14 +142,14 @@ pub(super) fn all(spec: &UnitSpec, ranges: &Ranges, axis: ReferenceAxis) -> Vec<
             out.extend_from_slice(words);
         }
     }
-    if spec.config.axis == Axis::EigenTable {
+    if spec.config.policy.footprint.axis == Axis::EigenTable {
         out.push(Word::Knob("tables.eigen.frac", 4, Step::Bit));
         // A reference with the same table would not see its entries go.
         if axis == ReferenceAxis::Exact {
             out.push(Word::Knob("eigen.entries", 2, Step::Pair));
         }
     }
-    if spec.config.weights == Weights::Gaussian {
+    if spec.config.policy.footprint.weights == Weights::Gaussian {
         out.push(Word::Knob("footprint.weight_bits", 1, Step::Bit));
     }
     out

@@ -16,8 +16,11 @@ fn borders_repeat_the_neighbours_and_corners_hold_the_mean_of_three() {
         (TexelFormat::Unorm8, 1, 12),
         (TexelFormat::Rgb9e5, 17, 24),
     ] {
-        let config =
-            Config { texel_format: format, texel_int: int, texel_frac: frac, ..Config::default() };
+        let config = Config::default().with(|p| {
+            p.texel.format = format;
+            p.texel.int = int;
+            p.texel.frac = frac;
+        });
         for size in [1, 2, 3, 5, 8] {
             let levels = vec![chain(&mut rng, size, any_texel).remove(0)];
             let texture = build(&config, &levels);

@@ -21,18 +21,17 @@ fn any_format(rng: &mut Rng, signed: bool, int: (u32, u32), frac: (u32, u32)) ->
 
 /// A filter drawn at random; `None` where it does not fit.
 fn any_filter(rng: &mut Rng) -> Option<(Config, filter::Cfg, address::Cfg)> {
-    let mut config = Config {
-        max_probes: rng.bits(1, 64),
-        weights: rng.pick(Weights::ALL),
-        probe_weight_bits: rng.bits(1, 12),
-        weight_bits: rng.bits(1, 8),
-        lod_bits: rng.bits(1, 8),
-        texel_format: rng.pick(TexelFormat::ALL),
-        ..Config::default()
-    };
+    let mut config = Config::default().with(|p| {
+        p.footprint.max_probes = rng.bits(1, 64);
+        p.footprint.weights = rng.pick(Weights::ALL);
+        p.footprint.weight_bits = rng.bits(1, 12);
+        p.filter.weight_bits = rng.bits(1, 8);
+        p.filter.lod_bits = rng.bits(1, 8);
+        p.texel.format = rng.pick(TexelFormat::ALL);
+    });
     if rng.one_in(2) {
-        config.texel_int = rng.bits(10, 17);
-        config.texel_frac = rng.bits(4, 24);
+        config.policy.texel.int = rng.bits(10, 17);
+        config.policy.texel.frac = rng.bits(4, 24);
     }
     let mut set = |reg: Reg, format: Format| config.formats[reg.index()] = format;
     set(Reg::FilterColor, any_format(rng, false, (8, 17), (0, 30)));
@@ -55,7 +54,7 @@ fn any_line(rng: &mut Rng, config: &Config, size: i64) -> filter::In {
             center: [rng.range(-one, one), rng.range(-one, one)],
             step: [rng.range(-reach, reach), rng.range(-reach, reach)],
             step_frac: 24,
-            count: rng.range(1, config.max_probes.into()),
+            count: rng.range(1, config.policy.footprint.max_probes.into()),
         },
         lod: if rng.one_in(3) { rng.range(0, 4) << 8 } else { rng.range(0, 6 << 8) },
     }
@@ -82,7 +81,7 @@ fn tap(config: &Config, uv: i64, size: i64) -> (i64, i128) {
     let one = 1i128 << format.frac;
     let (whole, part) = (code.div_euclid(one), code.rem_euclid(one));
     let whole = i64::try_from(whole).expect("small");
-    let full = 1i128 << config.weight_bits;
+    let full = 1i128 << config.policy.filter.weight_bits;
     let weight = round_ratio(part * full, one, Rounding::HalfUp);
     match whole {
         w if w < -1 => (-1, 0),
@@ -99,7 +98,7 @@ fn defined(
     lod: i64,
 ) -> ([i128; 3], bool) {
     let last = levels.len() - 1;
-    let lod_one = 1i128 << config.lod_bits;
+    let lod_one = 1i128 << config.policy.filter.lod_bits;
     let (whole, part) = (lod >> 8, i128::from(lod & 255));
     let whole = usize::try_from(whole).expect("not negative");
     let (first, between) = if whole >= last {
@@ -108,16 +107,20 @@ fn defined(
         (whole, round_ratio(part * lod_one, 256, Rounding::HalfUp))
     };
     let count = u32::try_from(probes.len()).expect("at most 64");
-    let (probe_weights, total) = match config.weights {
+    let (probe_weights, total) = match config.policy.footprint.weights {
         Weights::Box => (vec![1; probes.len()], i128::from(count)),
         Weights::Gaussian => (
-            weights(count, config.probe_weight_bits, config.count == Count::Feline),
-            1 << config.probe_weight_bits,
+            weights(
+                count,
+                config.policy.footprint.weight_bits,
+                config.policy.footprint.count == Count::Feline,
+            ),
+            1 << config.policy.footprint.weight_bits,
         ),
     };
-    let exact_frac = config.texel_frac + 2 * config.weight_bits;
+    let exact_frac = config.policy.texel.frac + 2 * config.policy.filter.weight_bits;
     let register = config.format(Reg::FilterBilinear);
-    let narrowed = register.frac < exact_frac || register.int < config.texel_int;
+    let narrowed = register.frac < exact_frac || register.int < config.policy.texel.int;
     let sum_frac = if narrowed { register.frac } else { exact_frac };
     let mut color = [0; 3];
     let mut over = false;
@@ -131,7 +134,7 @@ fn defined(
                 let level = &levels[first + l];
                 let size = i64::try_from(level.0).expect("small");
                 let [(x, wx), (y, wy)] = probe.uv.map(|uv| tap(config, uv, size));
-                let full = 1i128 << config.weight_bits;
+                let full = 1i128 << config.policy.filter.weight_bits;
                 let mut bilinear = 0;
                 for (dx, fx) in [(0, full - wx), (1, wx)] {
                     for (dy, fy) in [(0, full - wy), (1, wy)] {
@@ -148,7 +151,7 @@ fn defined(
             }
         }
         let format = config.format(Reg::FilterColor);
-        let divisor = total << (sum_frac + config.lod_bits);
+        let divisor = total << (sum_frac + config.policy.filter.lod_bits);
         let (code, outside) =
             limit(round_ratio(sum << format.frac, divisor, format.rounding), format);
         *out = code;
@@ -211,7 +214,7 @@ fn a_constant_texture_stays_constant_in_every_filter() {
             continue;
         };
         parts = (parts.0, filter, address);
-        let sixteenths = match parts.0.texel_format {
+        let sixteenths = match parts.0.policy.texel.format {
             TexelFormat::Unorm8 => rng.pick(&[0i64, 16]),
             TexelFormat::Q | TexelFormat::Half | TexelFormat::Rgb9e5 => rng.range(0, 127),
         };
@@ -240,12 +243,11 @@ fn a_constant_texture_stays_constant_in_every_filter() {
 fn division_by_every_count_is_exact_up_to_the_largest_sums() {
     // A texture of the largest texel next to one code less: sums near 2^56 with every remainder.
     let roms = Roms::new(&Config::default()).expect("the default tables");
-    let mut config = Config {
-        max_probes: 63,
-        texel_format: TexelFormat::Q,
-        weight_bits: 4,
-        ..Config::default()
-    };
+    let mut config = Config::default().with(|p| {
+        p.footprint.max_probes = 63;
+        p.texel.format = TexelFormat::Q;
+        p.filter.weight_bits = 4;
+    });
     let color = &mut config.formats[Reg::FilterColor.index()];
     color.int = 17;
     let mut remainders = 0;

@@ -112,8 +112,8 @@ fn search(x: [f64; 3], r: [f64; 3], method: Method, steps: u32) -> End {
 fn f64_agrees_with_the_same_steps_in_twice_the_precision_to_1e_9() {
     for method in [Method::FalsePosition, Method::Secant, Method::Illinois] {
         let mut spec = UnitSpec::default();
-        spec.config.hit.method = method;
-        spec.config.hit.iterations = 8;
+        spec.config.policy.hit.method = method;
+        spec.config.policy.hit.iterations = 8;
         let rays = rays(2000);
         let settings = spec.settings(ReferenceAxis::Exact);
         let results = HitF64::new(&settings, &ROOM, None, 64).filter(&rays, &|_| {});

@@ -80,7 +80,7 @@ fn errata_hit_false_position_never_overshoots_in_a_convex_room() {
 fn errata_hit_a_valid_bit_tells_an_overshoot_at_d_0() {
     // A start outside of the surface has d < 0 as its first guess under `hlsl`, and overshoots at once.
     let mut spec = UnitSpec::default();
-    spec.config.hit.outside = Outside::Hlsl;
+    spec.config.policy.hit.outside = Outside::Hlsl;
     let start = ray([5.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
     for result in both(&spec, &ROOM, &start) {
         assert_eq!(result.status, HitStatus::Converged, "{result:?}");
@@ -174,7 +174,7 @@ fn extreme_starts_at_and_outside_of_the_surface() {
 #[test]
 fn extreme_no_iterations_leave_the_first_guess_and_no_ratio() {
     let mut spec = UnitSpec::default();
-    spec.config.hit.iterations = 0;
+    spec.config.policy.hit.iterations = 0;
     for result in both(&spec, &ROOM, &ray([1.0, 1.0, 0.0], [0.0, 0.0, 1.0])) {
         assert_eq!(result.status, HitStatus::MaxIterations);
         assert_eq!((result.iterations, result.ratio), (0, None));
@@ -184,9 +184,9 @@ fn extreme_no_iterations_leave_the_first_guess_and_no_ratio() {
 #[test]
 fn extreme_tolerance_0_stalls_or_converges_exactly() {
     let mut spec = UnitSpec::default();
-    spec.config.hit.tolerance_bits = None;
-    spec.config.hit.iterations = 64;
-    spec.config.hit.method = Method::Illinois;
+    spec.config.policy.hit.tolerance_bits = None;
+    spec.config.policy.hit.iterations = 64;
+    spec.config.policy.hit.method = Method::Illinois;
     // A bracket of one unit of d holds a jump of f of at most one unit of a distance, 2^−19·8 of at least 2.5; 1/dist,
     // |l| and f round to a sixteenth of that beside it. In doubles the jump is a few ulp.
     let unit = libm::ldexp(8.0 / 2.5, -19);
@@ -203,7 +203,7 @@ fn extreme_tolerance_0_stalls_or_converges_exactly() {
 #[test]
 fn extreme_directions_along_axes_and_grazing_rays_end_on_the_wall() {
     let mut spec = UnitSpec::default();
-    spec.config.hit.iterations = 32;
+    spec.config.policy.hit.iterations = 32;
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
             let mut r = [0.0; 3];
@@ -249,7 +249,7 @@ fn extreme_distances_at_and_beyond_the_largest_register_value() {
 fn extreme_equal_ratios_on_both_sides_and_a_step_of_0_stall() {
     // hlsl from far outside: the ratio register is at its top on both ends of the bracket, f − p = 0.
     let mut spec = UnitSpec::default();
-    spec.config.hit.outside = Outside::Hlsl;
+    spec.config.policy.hit.outside = Outside::Hlsl;
     let [rtl, _] = both(&spec, &Distance::Sphere(1.0), &ray([0.0, 3.0, 0.0], [1.0, 0.0, 0.0]));
     assert!([HitStatus::Stalled, HitStatus::MaxIterations].contains(&rtl.status));
     // A map of zeros: every f is the largest, on both engines.

@@ -71,8 +71,8 @@ fn blocks_have_the_bits_of_one_cone_at_a_time() {
     for format in [ConeFormat::Bf16, ConeFormat::F16] {
         for rounding in StoreRounding::ALL {
             let mut config = Config::default();
-            config.cone.format = format;
-            config.cone.rounding = *rounding;
+            config.policy.cone.format = format;
+            config.policy.cone.rounding = *rounding;
             let cfg = Cfg::new(&config);
             for odd in [false, true] {
                 // Not a whole number of blocks.

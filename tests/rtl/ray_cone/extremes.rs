@@ -154,10 +154,10 @@ fn no_code_and_no_operand_makes_anything_but_a_finite_code() {
         for set_diffuse in SetDiffuse::ALL {
             for format in ConeFormat::ALL {
                 let mut config = Config::default();
-                config.cone.format = *format;
-                config.cone.rules = *rules;
-                config.cone.set_diffuse = *set_diffuse;
-                config.cone.rounding = StoreRounding::Stochastic;
+                config.policy.cone.format = *format;
+                config.policy.cone.rules = *rules;
+                config.policy.cone.set_diffuse = *set_diffuse;
+                config.policy.cone.rounding = StoreRounding::Stochastic;
                 let cfg = Cfg::new(&config);
                 let float = cfg.format;
                 let codes = [

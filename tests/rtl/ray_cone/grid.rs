@@ -121,8 +121,8 @@ fn check(
 
 fn config(format: ConeFormat, rounding: StoreRounding) -> Config {
     let mut config = Config::default();
-    config.cone.format = format;
-    config.cone.rounding = rounding;
+    config.policy.cone.format = format;
+    config.policy.cone.rounding = rounding;
     config
 }
 

@@ -59,7 +59,7 @@ fn exact(angle: f64, width: f64, step: Step) -> (BigInt, BigInt, i64) {
 
 pub(crate) fn cfg(format: ConeFormat) -> Cfg {
     let mut config = Config::default();
-    config.cone.format = format;
+    config.policy.cone.format = format;
     Cfg::new(&config)
 }
 

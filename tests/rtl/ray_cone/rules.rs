@@ -12,9 +12,9 @@ use super::operations::{both, cfg, operands};
 
 fn otk(set_diffuse: SetDiffuse) -> Cfg {
     let mut config = Config::default();
-    config.cone.rules = ConeRules::Otk;
-    config.cone.set_diffuse = set_diffuse;
-    config.cone.rounding = StoreRounding::Truncate;
+    config.policy.cone.rules = ConeRules::Otk;
+    config.policy.cone.set_diffuse = set_diffuse;
+    config.policy.cone.rounding = StoreRounding::Truncate;
     Cfg::new(&config)
 }
 

@@ -4,7 +4,7 @@ use rtl_model::fx::Flags;
 use tapline::cone_study::cube;
 use tapline::engine::cones::{Asked, Cones, FloatCones, Larger, RtlCones, walk};
 use tapline::engine::tex::value;
-use tapline::policy::{ConeMetric, ConeRules, SetDiffuse, TexPolicy};
+use tapline::policy::{ConeMetric, ConePolicy, ConeRules, SetDiffuse};
 use tapline::reference::ray_cone::Step;
 use tapline::scene::tex::camera::{Camera, Lens};
 use tapline::scene::tex::path::{Event, Look, Path};
@@ -22,7 +22,7 @@ fn cameras_agree_within_half_an_ulp() {
     let mut numbers = Random::new(12);
     for format in rtl_model::cone::ConeFormat::ALL {
         let mut spec = UnitSpec::default();
-        spec.config.cone.format = *format;
+        spec.config.policy.cone.format = *format;
         let cfg = rtl_model::stages::ray_cone::Cfg::new(&spec.config);
         let bits = i32::try_from(format.float().mantissa_bits).unwrap();
         for _ in 0..200 {
@@ -86,7 +86,7 @@ fn path(d: [f64; 3]) -> Path {
     }
 }
 
-fn asked(lens: Lens, policy: &TexPolicy) -> Vec<f64> {
+fn asked(lens: Lens, policy: &ConePolicy) -> Vec<f64> {
     let camera = camera(lens);
     let mut doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let mut out = Vec::new();
@@ -106,7 +106,7 @@ fn the_wider_cone_counts_but_at_the_first_hit_of_a_pinhole() {
     let pixel = doubles.pixel_width();
     let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
     // At 3 of about 5 units the lens of one pixel's width is wider on the near side: 1 − 3/5 < 3/5, not here.
-    let two = asked(Lens::Pinhole, &TexPolicy::default());
+    let two = asked(Lens::Pinhole, &ConePolicy::default());
     let first = pixel * 3.0 / distance;
     assert!((two[0] / first - 1.0).abs() < 1e-12);
     // After the mirror: both by hand, k = 2.
@@ -115,13 +115,13 @@ fn the_wider_cone_counts_but_at_the_first_hit_of_a_pinhole() {
     let lens_angle = -pixel / distance + 4.0 * lens_width;
     let want = (first + 2.0 * pinhole_angle).max((lens_width + 2.0 * lens_angle).abs());
     assert!((two[1] / want - 1.0).abs() < 1e-12, "{two:?} {want}");
-    let one = asked(Lens::Pinhole, &TexPolicy { cones: 1, ..TexPolicy::default() });
+    let one = asked(Lens::Pinhole, &ConePolicy { count: 1, ..ConePolicy::default() });
     assert!((one[1] / (first + 2.0 * pinhole_angle) - 1.0).abs() < 1e-12);
     // A thin lens has no exception: 0.3·(1 − 3/5) is far above a pixel.
-    let lens = asked(Lens::Thin { width: 0.3 }, &TexPolicy::default());
+    let lens = asked(Lens::Thin { width: 0.3 }, &ConePolicy::default());
     assert!((lens[0] / (0.3 * (1.0 - 3.0 / distance)) - 1.0).abs() < 1e-12);
     // An orthographic camera's first cone is a pixel wide everywhere.
-    let flat = asked(Lens::Orthographic, &TexPolicy::default());
+    let flat = asked(Lens::Orthographic, &ConePolicy::default());
     assert!((flat[0] / pixel - 1.0).abs() < 1e-12);
 }
 
@@ -130,7 +130,7 @@ fn the_distance_metric_knows_nothing_of_mirrors() {
     let camera = camera(Lens::Pinhole);
     let doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let policy = TexPolicy { metric: ConeMetric::Distance, ..TexPolicy::default() };
+    let policy = ConePolicy { metric: ConeMetric::Distance, ..ConePolicy::default() };
     for lens in [Lens::Pinhole, Lens::Thin { width: 0.3 }] {
         let found = asked(lens, &policy);
         let per_unit = doubles.pixel_width() / distance;

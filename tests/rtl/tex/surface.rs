@@ -12,7 +12,7 @@ const SIZE: [usize; 2] = [512, 256];
 
 fn spec(gradient: ConeGradient) -> UnitSpec {
     let mut spec = UnitSpec::default();
-    spec.config.tex.gradient = gradient;
+    spec.config.policy.cone.gradient = gradient;
     spec
 }
 
@@ -129,7 +129,7 @@ fn a_triangles_gradients_are_those_of_its_derivatives() {
 /// of differences of s and t: the sum of their magnitudes counts.
 fn compare(engine: &TexRtl, fragment: &TexFragment, width: f64, gradient: ConeGradient) -> f64 {
     let mut spec = UnitSpec::default();
-    spec.config.tex.gradient = gradient;
+    spec.config.policy.cone.gradient = gradient;
     let (probe, _, _) = by_rtl(engine, fragment, width);
     let there = by_f64(&spec, fragment, width, SIZE);
     let (d, n) = (unit(fragment.d), unit(fragment.n));
@@ -206,7 +206,7 @@ fn the_integer_model_matches_the_reference_within_derived_bounds() {
 #[test]
 fn otk_rules_keep_the_sign_of_w_and_flatten_near_the_normal() {
     let mut spec = UnitSpec::default();
-    spec.config.cone.rules = ConeRules::Otk;
+    spec.config.policy.cone.rules = ConeRules::Otk;
     let tilted = |angle: f64| {
         let d = [libm::sin(angle), -libm::cos(angle), 0.0];
         request(d, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
@@ -237,7 +237,7 @@ fn any_anisotropy_cap_holds() {
     let grazing = request([1.0, -1e-6, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     for cap in [1, 2, 8, 16, 64] {
         let mut spec = UnitSpec::default();
-        spec.config.tex.max_anisotropy = cap;
+        spec.config.policy.surface_footprint.max_anisotropy = cap;
         let engine = TexRtl::sized(&spec, [64, 64]).unwrap();
         let there = by_f64(&spec, &grazing, 0.25, [64, 64]);
         assert!((length(there.dp[0]) - 0.25 * f64::from(cap)).abs() < 1e-12);

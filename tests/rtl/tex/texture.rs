@@ -29,7 +29,8 @@ fn at(st: [f64; 2]) -> TexFragment {
 
 fn spec(wrap: Wrap) -> UnitSpec {
     let mut spec = UnitSpec::default();
-    spec.config.tex.wrap = [wrap; 2];
+    let address = &mut spec.config.policy.address;
+    (address.wrap_s, address.wrap_t) = (wrap, wrap);
     spec
 }
 
@@ -44,7 +45,7 @@ fn colours(spec: &UnitSpec, map: &PlanarMap, fragment: &TexFragment, width: f64)
         rtl = engine.result(state, out, 0).color;
     });
     let settings = spec.settings(ReferenceAxis::Table);
-    let texture = PlanarTexture::new(map, settings.tex.wrap);
+    let texture = PlanarTexture::new(map, settings.policy.address.wrap());
     let prepared = Prepared::new(&settings);
     let there = tex(&prepared, width, fragment, map.size(), Some(&texture), &mut NoTap);
     [rtl, there.color]

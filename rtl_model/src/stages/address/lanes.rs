@@ -47,16 +47,16 @@ impl Lanes {
         if !(exact && holds && rounds) {
             return None;
         }
-        let down = s.frac.saturating_sub(config.weight_bits);
+        let down = s.frac.saturating_sub(config.policy.filter.weight_bits);
         Some(Self {
             frac: u.frac,
             shift: u.frac + 1 - s.frac,
             low: (1 << (u.frac - s.frac)) - 1,
             sub: s.frac,
-            up: config.weight_bits.saturating_sub(s.frac),
+            up: config.policy.filter.weight_bits.saturating_sub(s.frac),
             half: (1 << down) >> 1,
             down,
-            full: 1 << config.weight_bits,
+            full: 1 << config.policy.filter.weight_bits,
             max_size: 1 << s.int.min(20),
         })
     }

@@ -88,9 +88,9 @@ impl Cfg {
         let uv = [f(Reg::FaceU), f(Reg::FaceV)];
         let face = uv[0].max(uv[1]);
         Ok(Self {
-            shape: config.hit.footprint,
-            env: config.tex.env,
-            max_probes: i64::from(config.max_probes.max(1)),
+            shape: config.policy.hit.footprint,
+            env: config.policy.cone.env,
+            max_probes: i64::from(config.policy.footprint.max_probes.max(1)),
             r_frac: f(Reg::HitR),
             inv_across: q(Reg::HitInvAcross, 0),
             tangent: q(Reg::HitTangent, 0),

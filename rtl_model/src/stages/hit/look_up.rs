@@ -61,7 +61,7 @@ impl Cfg {
         let sub = f(Reg::HitS);
         Ok(Self {
             rotation: config.rotation,
-            mode: config.hit.look_up,
+            mode: config.policy.hit.lookup,
             look_up: q(Reg::HitLookUp, 0),
             uv: q(Reg::HitUv, 0),
             s: q(Reg::HitS, f(Reg::HitUv) + 1),

@@ -81,7 +81,7 @@ impl Cfg {
         // ∂e1 uses e2 and ∂e2 uses e1.
         let de_common = [1, 0].map(|k: usize| tilt.max(f(Reg::JacTurn) + frac(config, e_regs[k])));
         let b_common = f(Reg::JacDnPerp).max(f(Reg::BumpB) + f(Reg::JacDe));
-        if bumped && config.dnmod != Dnmod::Paper {
+        if bumped && config.policy.jacobian.dnmod != Dnmod::Paper {
             for (reg, common) in dn_regs.into_iter().zip(common) {
                 fits(Reg::JacNIdotDn, w(Reg::FrameN) + w(reg) + 2)?;
                 let whole = int(config, reg).max(1 + int(config, Reg::JacAlong)) + 1;
@@ -90,7 +90,7 @@ impl Cfg {
             fits(Reg::JacInvNn, 2 * w(Reg::FrameN) + 2)?;
             fits(Reg::JacAlong, w(Reg::JacNIdotDn) + w(Reg::JacInvNn))?;
         }
-        if bumped && config.dnmod == Dnmod::Frame {
+        if bumped && config.policy.jacobian.dnmod == Dnmod::Frame {
             fits(Reg::JacPerpDotE, w(Reg::JacDnPerp) + w(Reg::FrameE1).max(w(Reg::FrameE2)) + 2)?;
             fits(Reg::JacTilt, w(Reg::JacPerpDotE) + w(Reg::JacInvNn))?;
             fits(Reg::JacTurn, w(Reg::JacTilt) + w(Reg::JacTurn))?;
@@ -105,7 +105,7 @@ impl Cfg {
         }
         Ok(Self {
             dn: dn_regs.map(|reg| q(reg, 0)),
-            dnmod: config.dnmod,
+            dnmod: config.policy.jacobian.dnmod,
             n_frac,
             dn_dot: dn_regs.map(|reg| q(Reg::JacNIdotDn, n_frac + f(reg))),
             inv_nn: q(Reg::JacInvNn, 0),

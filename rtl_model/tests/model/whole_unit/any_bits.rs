@@ -111,7 +111,7 @@ fn grown(rng: &mut Rng, needs: Needs) -> (Config, Unit) {
     let mut config = any_config(rng, 0, true);
     config.formats = Config::default().formats;
     // 64 box-weighted probes need 63 bits: refused by name with the default words.
-    config.max_probes = config.max_probes.min(32);
+    config.policy.footprint.max_probes = config.policy.footprint.max_probes.min(32);
     let mut unit =
         Unit::new(&config, needs, 16384).expect("default words with any policy are legal");
     for _ in 0..60 {

@@ -74,7 +74,7 @@ fn formats_of_absurd_widths_are_refused_and_never_wrap() {
 
 #[test]
 fn a_wide_e2_against_h_is_refused_where_the_frame_turns() {
-    let mut config = Config { dnmod: Dnmod::Frame, ..Config::default() };
+    let mut config = Config::default().with(|p| p.jacobian.dnmod = Dnmod::Frame);
     set(&mut config, Reg::BumpB, 5, 1);
     set(&mut config, Reg::JacTurn, 9, 1);
     set(&mut config, Reg::JacDnPerp, 7, 1);
@@ -92,7 +92,7 @@ fn a_wide_e2_against_h_is_refused_where_the_frame_turns() {
 
 #[test]
 fn a_wide_integer_part_of_e1_counts_in_the_turning_frame() {
-    let mut config = Config { dnmod: Dnmod::Frame, ..Config::default() };
+    let mut config = Config::default().with(|p| p.jacobian.dnmod = Dnmod::Frame);
     // |turn·e| < 2^(9 + 24) beside a common fraction of 22 + 22 bits: 77 bits and more.
     set(&mut config, Reg::BumpB, 5, 2);
     set(&mut config, Reg::FrameE1, 24, 22);
@@ -131,7 +131,7 @@ fn unlike_fractions_of_length_and_width_do_not_break_the_count() {
     ] {
         for exp in [-10, 0, 12, 30] {
             for minor in [1, 1 << 20, 1 << 27, 1 << 29] {
-                let mut config = Config { max_probes: 63, ..Config::default() };
+                let mut config = Config::default().with(|p| p.footprint.max_probes = 63);
                 set(&mut config, Reg::FootLength, length.0, length.1);
                 set(&mut config, Reg::FootWidth, width.0, width.1);
                 let lambda = [(1 << 30) - 1, minor];
@@ -164,7 +164,7 @@ fn the_width_register_must_hold_one_texel() {
 #[test]
 fn a_wrapped_lambda_does_not_overflow_the_feline_line() {
     for exp in [0, -60, 60, 12, 21, 33, 36] {
-        let mut config = Config { count: Count::Feline, ..Config::default() };
+        let mut config = Config::default().with(|p| p.footprint.count = Count::Feline);
         set(&mut config, Reg::EigenLambda, 2, 37);
         config.formats[Reg::EigenLambda.index()].overflow = Overflow::Wrap;
         let cfg = footprint::Cfg::new(&config, 64);
@@ -217,7 +217,7 @@ fn constant(config: &Config, word: u32) -> Texture {
 #[test]
 fn wrapped_negative_bilinear_sums_are_divided_without_a_panic() {
     for count in 1..=64 {
-        let mut config = Config { max_probes: 64, ..Config::default() };
+        let mut config = Config::default().with(|p| p.footprint.max_probes = 64);
         config.formats[Reg::FilterBilinear.index()] = Format {
             signed: true,
             int: 4,
@@ -275,7 +275,11 @@ fn every_register_at_its_widest_legal_size_survives_any_words() {
             ] {
                 let mut widest = None;
                 for extra in 1..58 {
-                    let mut config = Config { dnmod, count, axis, ..Config::default() };
+                    let mut config = Config::default().with(|p| {
+                        p.jacobian.dnmod = dnmod;
+                        p.footprint.count = count;
+                        p.footprint.axis = axis;
+                    });
                     let format = &mut config.formats[reg.index()];
                     if grow_int {
                         format.int += extra;

@@ -13,7 +13,7 @@ use crate::gpu::maps::Maps;
 use crate::gpu::policy::Policy;
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
-use crate::policy::{Axis, Count, Weights};
+use crate::policy::{Axis, Weights};
 use crate::reference::covariance::covariance;
 use crate::reference::eigen::eigen;
 use crate::reference::footprint::{Chain, Rule, footprint};
@@ -99,7 +99,7 @@ impl<'a> Behind<'a> {
         map: &'a PlanarMap,
     ) -> Result<Self, GpuError> {
         let (maps, policy, settings) = Self::prepared(gpu, settings)?;
-        let wrap = settings.tex.wrap;
+        let wrap = settings.policy.address.wrap();
         Ok(Self {
             maps: maps.with_planar(gpu, map)?,
             policy: policy.with_planar(map),
@@ -161,9 +161,13 @@ impl<'a> Behind<'a> {
             undecided,
         });
         let k = handed(k);
-        let policy = (settings.axis, settings.minor);
+        let policy = (settings.policy.footprint.axis, settings.policy.eigen.minor);
         // The kernel shifts K by a power of two before it squares it, and the results back: exact above subnormals.
-        let scale = if settings.axis == Axis::LongerDerivative { 1.0 } else { scale_of(&k) };
+        let scale = if settings.policy.footprint.axis == Axis::LongerDerivative {
+            1.0
+        } else {
+            scale_of(&k)
+        };
         let shifted = k.map(|x| Bounded::exact(x.value * scale));
         let (mut axes, mut recorder, undecided) =
             recorded(|tap, _| eigen(shifted, [Some(d), rough], policy, None, tap));
@@ -193,7 +197,10 @@ impl<'a> Behind<'a> {
             Memory::Planar(_) => 2,
         };
         let chain = Chain { size, levels: self.levels };
-        let rule = Rule { count: settings.count, max_probes: settings.max_probes };
+        let rule = Rule {
+            count: settings.policy.footprint.count,
+            max_probes: settings.policy.footprint.max_probes,
+        };
         let (line, recorder, undecided) =
             recorded(|tap, flags| footprint(lambda, axis, chain, rule, flags, tap));
         let mut operands: Vec<u32> = bits(&lambda).chain(bits(&axis)).collect();
@@ -303,12 +310,12 @@ impl<'a> Behind<'a> {
     }
 
     fn weights(&self, count: u32) -> Vec<f64> {
-        match self.settings.weights {
+        let policy = &self.settings.policy.footprint;
+        match policy.weights {
             Weights::Box => vec![1.0; count as usize],
             Weights::Gaussian => {
-                let end_points = self.settings.count == Count::Feline;
-                let bits = self.settings.probe_weight_bits;
-                let weights = probe_weights(count, bits, end_points);
+                let end_points = policy.count.has_end_points();
+                let weights = probe_weights(count, policy.weight_bits, end_points);
                 weights.into_iter().map(f64::from).collect()
             }
         }

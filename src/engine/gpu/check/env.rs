@@ -167,8 +167,9 @@ fn fragment_cases(
     let surface = Surface { v, n, n_mod, bump: bumped, reflection, facing };
     let derivatives =
         Derivatives { dv: [ports(f.dv_dx), ports(f.dv_dy)], dn: [ports(f.dn_dx), ports(f.dn_dy)] };
-    let (found, recorder, undecided) =
-        recorded(|tap, _| jacobian(&surface, &derivatives, settings.dnmod, rotation.as_ref(), tap));
+    let (found, recorder, undecided) = recorded(|tap, _| {
+        jacobian(&surface, &derivatives, settings.policy.jacobian.dnmod, rotation.as_ref(), tap)
+    });
     let nothing = ([Bounded::exact(0.0); 3], Bounded::exact(0.0));
     let (h, direction, inv_length, n_length) = bumped
         .map_or((nothing.0, nothing.0, nothing.1, nothing.1), |(frame, _)| {

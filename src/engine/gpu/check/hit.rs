@@ -64,7 +64,7 @@ pub fn check_hit(
         settings,
     };
     let reference = HitF64::new(settings, distance, Some(map), map.size());
-    let registers = registers(settings.hit.iterations);
+    let registers = registers(settings.policy.hit.iterations);
     let mut checker = Checker::new(gpu);
     for rays in rays.chunks(CHUNK) {
         let mut cases = Vec::with_capacity(rays.len());

@@ -95,7 +95,7 @@ impl Walls<'_> {
         let Some((size, texels)) = self.distances.bordered() else {
             return Bounded::exact(-1.0);
         };
-        bilinear_distance(q, size, texels, self.settings.hit.look_up)
+        bilinear_distance(q, size, texels, self.settings.policy.hit.lookup)
     }
 }
 
@@ -210,7 +210,7 @@ pub(super) fn expected(
     results: &[u32],
 ) -> Vec<Expected> {
     let settings = walls.settings;
-    let policy = &settings.hit;
+    let policy = &settings.policy.hit;
     let operand = |at: usize| [at, at + 1, at + 2].map(|i| own(operands[i]));
     let (x, direction) = (operand(0), operand(3));
     let mut out: Vec<Expected> = unit(direction).map(expect).to_vec();
@@ -334,7 +334,7 @@ fn behind(
     let three = |at: usize| [at, at + 1, at + 2].map(|i| own(rest[i]));
     let last = &turns[turns.len() - 1];
     let mut out = Vec::new();
-    if settings.hit.footprint == HitFootprint::Plane && !escaped {
+    if settings.policy.hit.footprint == HitFootprint::Plane && !escaped {
         // The wall's normal is no register: the picture shows it.
         out.extend([None; 6]);
     } else {
@@ -355,7 +355,7 @@ fn behind(
         out.extend([None; 4]);
         return (out, raised);
     }
-    if escaped && settings.tex.env == ConeEnv::Otk {
+    if escaped && settings.policy.cone.env == ConeEnv::Otk {
         let constant = Bounded::from_f64(4.0 * std::f64::consts::FRAC_1_PI) * width;
         let zero = exactly(0);
         out.extend([expect(constant), zero, zero, expect(constant)]);

@@ -135,7 +135,7 @@ pub(super) fn planar_probe(
 ) -> Vec<Expected> {
     let plane = place(case.operands, case.index, case.probes);
     let mut out = Vec::new();
-    for (u, wrap) in plane.into_iter().zip(case.settings.tex.wrap) {
+    for (u, wrap) in plane.into_iter().zip(case.settings.policy.address.wrap()) {
         let value = wrapped(u.value, wrap);
         // The remainder's product is exact; the difference is rounded once.
         let moved = (value - u.value).abs();

@@ -110,8 +110,9 @@ fn rounded_step(step: Step) -> Step {
 fn cone_case(settings: &Settings, cone: Cone, step: Step, pixel: [u32; 2]) -> Case {
     let cone = ports([cone.angle.0, cone.width.0]);
     let ([kind, operands @ ..], exact) = (step_words(step), rounded_step(step));
-    let (after, _, undecided) =
-        recorded(|_, _| after(cone[0], cone[1], exact, settings.cone_rules, settings.set_diffuse));
+    let (after, _, undecided) = recorded(|_, _| {
+        after(cone[0], cone[1], exact, settings.policy.cone.rules, settings.policy.cone.set_diffuse)
+    });
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -134,12 +135,11 @@ fn surface_case(
 ) -> (Case, Footing) {
     let [width] = ports([width]);
     let exact = rounded(fragment);
-    let rules = (&settings.tex, settings.cone_rules);
     let (found, recorder, undecided) =
-        recorded(|tap, flags| surface_footprint(&exact, width, size, rules, flags, tap));
+        recorded(|tap, flags| surface_footprint(&exact, width, size, &settings.policy, flags, tap));
     let mut operands = Operands::new(Flag::SurfNotFinite);
     operands.words.extend(bits(&[width]));
-    encode(&mut operands, fragment, settings.tex.wrap);
+    encode(&mut operands, fragment, settings.policy.address.wrap());
     // The place on the texture belongs to `address`.
     let st = operands.words.split_off(operands.words.len() - 2);
     let centre = [0, 1].map(|i| {
@@ -238,11 +238,15 @@ pub fn check_tex(
             scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
             let mut steps = Vec::new();
             let mut remembering = Remembering {
-                cones: FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse),
+                cones: FloatCones::new(
+                    &scene.camera,
+                    settings.policy.cone.rules,
+                    settings.policy.cone.set_diffuse,
+                ),
                 steps: &mut steps,
             };
             let lens = scene.camera.lens;
-            walk(&mut remembering, &settings.tex, lens, &path, &mut |asked, cone| {
+            walk(&mut remembering, &settings.policy.cone, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(look) = asked {
                     let request = (pixel, look.fragment, cone.width.0);
                     requests[look.texture].surfaces.push(request);
