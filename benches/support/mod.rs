@@ -3,8 +3,8 @@
 mod scalar;
 
 use rayon::prelude::*;
-use rtl_model::unit::{Ports, Results, State, Words};
-use rtl_model::{NoTap, NoTapStandard, Texture, Unit};
+use rtl_model::unit::{EnvBlock, Memory, Operation as _, Results, Words};
+use rtl_model::{NoTap, NoTapStandard, Unit};
 use tapline::engine::dispatch::{self, GROUP, LANES, Level, Task};
 use tapline::engine::float::F64Engine;
 use tapline::engine::rtl::RtlEngine;
@@ -48,10 +48,9 @@ pub(crate) struct Bench {
     subject: Subject,
     settings: Settings,
     words: Vec<Words>,
-    ports: Vec<Ports<LANES>>,
-    states: Vec<State<LANES>>,
+    blocks: Vec<EnvBlock<LANES>>,
     /// The same lines with another number of probes for all: `back_1`, `floor_16` and so on.
-    recounted: Vec<(&'static str, Vec<State<LANES>>)>,
+    recounted: Vec<(&'static str, Vec<EnvBlock<LANES>>)>,
     requests: Vec<scalar::Request>,
     scalar: scalar::Map,
 }
@@ -70,32 +69,26 @@ impl Bench {
         let words: Vec<Words> =
             scene.fragments.iter().map(|f| encode::words(&f.fragment)).collect();
         let mut requests = Vec::new();
-        let (ports, states): (Vec<_>, Vec<_>) = words
+        let blocks: Vec<_> = words
             .chunks(LANES)
             .map(|chunk| {
-                let mut ports = Ports::default();
-                let mut state = State::default();
-                for words in chunk {
-                    engine.unit.load(&mut ports, words);
+                let (block, _) = engine.lanes(chunk, &mut NoTap);
+                for lane in 0..chunk.len() {
+                    requests.push(scalar::Request::new(&engine.unit.request(&block.env, lane)));
                 }
-                engine.unit.front(&ports, &mut state, &mut NoTap);
-                for lane in 0..ports.len {
-                    requests.push(scalar::Request::new(&engine.unit.request(&state, lane)));
-                }
-                (ports, state)
+                block
             })
-            .unzip();
+            .collect();
         let scalar = scalar::Map::new(&map);
         let recounted = [("1", 1), ("4", 4), ("16", 16)]
-            .map(|(name, count)| (name, recount(&states, count)))
+            .map(|(name, count)| (name, recount(&blocks, count)))
             .into();
         Self {
             engine,
             subject: Subject { scene, map, background },
             settings,
             words,
-            ports,
-            states,
+            blocks,
             recounted,
             requests,
             scalar,
@@ -131,8 +124,8 @@ impl Bench {
                     _ => (part, None),
                 };
                 let recounted = self.recounted.iter_mut();
-                let states = match count {
-                    None => &mut self.states,
+                let blocks = match count {
+                    None => &mut self.blocks,
                     Some(count) => {
                         let mut found = recounted.filter(|(name, _)| *name == count);
                         &mut found.next().expect("a count of PARTS").1
@@ -143,10 +136,9 @@ impl Bench {
                     Part {
                         name,
                         unit: &self.engine.unit,
-                        texture: &self.engine.texture,
+                        memory: &self.engine.memory,
                         words: &self.words,
-                        ports: &self.ports,
-                        states,
+                        blocks,
                     },
                 )
             }
@@ -155,9 +147,9 @@ impl Bench {
 }
 
 /// The lines with `count` probes each, as long as before to a probe's rounding.
-fn recount(states: &[State<LANES>], count: i64) -> Vec<State<LANES>> {
-    let mut out = states.to_vec();
-    for line in out.iter_mut().map(|state| &mut state.line) {
+fn recount(blocks: &[EnvBlock<LANES>], count: i64) -> Vec<EnvBlock<LANES>> {
+    let mut out = blocks.to_vec();
+    for line in out.iter_mut().map(|block| &mut block.env.line) {
         for lane in 0..LANES {
             let before = std::mem::replace(&mut line.count[lane], count);
             for step in &mut line.step {
@@ -180,10 +172,9 @@ fn threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
 struct Part<'a> {
     name: &'a str,
     unit: &'a Unit,
-    texture: &'a Texture,
+    memory: &'a Memory,
     words: &'a [Words],
-    ports: &'a [Ports<LANES>],
-    states: &'a mut [State<LANES>],
+    blocks: &'a mut [EnvBlock<LANES>],
 }
 
 impl Task for Part<'_> {
@@ -195,47 +186,40 @@ impl Task for Part<'_> {
         let mut tap = NoTapStandard;
         let mut sum = 0;
         if self.name == "ports" {
-            let mut ports = Ports::<LANES>::default();
-            for (words, state) in self.words.chunks(LANES).zip(self.states) {
-                ports.len = 0;
-                for words in words {
-                    unit.load(&mut ports, words);
-                }
-                unit.ports(&ports, state, &mut tap);
-                sum += ports.len as u64;
+            for (words, block) in self.words.chunks(LANES).zip(self.blocks) {
+                unit.load(words, block);
+                unit.ports(&block.front, &mut block.env, &mut tap);
+                sum += block.env.len as u64;
             }
             return sum;
         }
         if self.name == "front" {
-            let groups = self.words.chunks(GROUP * LANES).zip(self.states.chunks_mut(GROUP));
-            let mut ports: [Ports<LANES>; GROUP] = Default::default();
-            for (words, states) in groups {
-                for (words, ports) in words.chunks(LANES).zip(&mut ports) {
-                    ports.len = 0;
-                    for words in words {
-                        unit.load(ports, words);
-                    }
+            let groups = self.words.chunks(GROUP * LANES).zip(self.blocks.chunks_mut(GROUP));
+            for (words, blocks) in groups {
+                for (words, block) in words.chunks(LANES).zip(&mut *blocks) {
+                    unit.load(words, block);
                 }
-                unit.fronts(&ports[..states.len()], states, &mut tap);
+                unit.steps(0, self.memory, blocks, &mut tap);
             }
             return sum;
         }
         let mut out = Results::<LANES>::default();
-        for (ports, state) in self.ports.iter().zip(self.states) {
+        let Some(texture) = &self.memory.texture else { return sum };
+        for state in self.blocks.iter_mut().map(|block| &mut block.env) {
             match self.name {
-                "local_frame" => unit.local_frame(ports, state, &mut tap),
-                "bump" => unit.bump(ports, state, &mut tap),
-                "reflect" => unit.reflect(ports, state, &mut tap),
-                "cube_face" => unit.cube_face(ports, state, &mut tap),
-                "normal" => unit.normal(ports, state, &mut tap),
-                "jacobian" => unit.jacobian(ports, state, &mut tap),
-                "roughness" => unit.roughness(ports, state, &mut tap),
-                "covariance" => unit.covariance(ports, state, &mut tap),
-                "eigen" => unit.eigen(ports, state, &mut tap),
-                "footprint" => unit.footprint(ports, state, &mut tap),
-                "floor" => sum = sum.wrapping_add(unit.touch(state, ports.len, self.texture)),
+                "local_frame" => unit.local_frame(state, &mut tap),
+                "bump" => unit.bump(state, &mut tap),
+                "reflect" => unit.reflect(state, &mut tap),
+                "cube_face" => unit.cube_face(state, &mut tap),
+                "normal" => unit.normal(state, &mut tap),
+                "jacobian" => unit.jacobian(state, &mut tap),
+                "roughness" => unit.roughness(state, &mut tap),
+                "covariance" => unit.covariance(state, &mut tap),
+                "eigen" => unit.eigen(state, &mut tap),
+                "footprint" => unit.footprint(state, &mut tap),
+                "floor" => sum = sum.wrapping_add(unit.touch(state, texture)),
                 "back" => {
-                    unit.back(state, ports.len, self.texture, &mut out, &mut tap);
+                    unit.back(state, texture, &mut out, &mut tap);
                     sum = sum.wrapping_add(out.texels[0]);
                 }
                 other => panic!("no part `{other}`"),

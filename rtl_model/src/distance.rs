@@ -48,6 +48,13 @@ pub struct DistanceMemory {
     pub beyond: u64,
 }
 
+/// No wall anywhere: every ray escapes.
+impl Default for DistanceMemory {
+    fn default() -> Self {
+        Self { scale: 0, kind: Kind::Sphere(INFINITE), beyond: 0 }
+    }
+}
+
 /// The register write of `hit.distance`, refused where codes would not fit a memory word.
 fn register(config: &Config) -> Result<Quantizer, ConfigError> {
     let format = config.format(Reg::HitDistance);

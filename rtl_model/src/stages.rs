@@ -24,6 +24,7 @@ use alloc::format;
 
 use crate::config::{Config, ConfigError, LIMIT_BITS};
 use crate::fx::{Block, Flags, Quantizer, block};
+use crate::port;
 use crate::regs::Reg;
 use crate::tables::{AngleRom, Function, Rom};
 use crate::tap::Tap;
@@ -140,6 +141,39 @@ impl<T: Tap> Sink<'_, T> {
         self.flags.register(reg, over);
         self.tap.put(self.lane, reg, c, code, i64::from(q.format.frac) - exponent);
         code
+    }
+
+    /// A port of a number, which is divided by 2^`exponent`; clears `finite` where it is not.
+    #[inline(always)]
+    pub(crate) fn scalar_port(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        c: usize,
+        word: u64,
+        exponent: i64,
+        finite: &mut bool,
+    ) -> i64 {
+        let (code, over, is_finite) = port::scalar(T::STANDARD, q, word, exponent);
+        *finite &= is_finite;
+        self.finish(q, reg, c, (code, over), exponent)
+    }
+
+    /// A port of a vector; clears `finite` where a component is not.
+    #[inline(always)]
+    pub(crate) fn vector_port<const C: usize>(
+        &mut self,
+        q: &Quantizer,
+        reg: Reg,
+        words: [u64; C],
+        finite: &mut bool,
+    ) -> Block<C> {
+        let (block, all_finite) = port::vector(T::STANDARD, q, words);
+        *finite &= all_finite;
+        for (c, m) in block.m.iter().enumerate() {
+            self.tap.put(self.lane, reg, c, *m, block.frac);
+        }
+        block
     }
 
     /// Normalises into a block register.

@@ -2,16 +2,17 @@
 
 mod block;
 mod hit;
+mod operation;
 mod ports;
 mod run;
 mod steps;
 mod tex;
 mod wires;
 
-pub use block::{Inputs, Needs, Ports, Results, State, Words};
-pub use hit::{HitPorts, HitResults, HitState, HitUnit, HitWords};
-pub use steps::{ENV_STEPS, HIT_STEPS, MOST_STEPS, Marks, TEX_STEPS};
-pub use tex::{Tangents, TexState, TexUnit, TexWords};
+pub use block::{Block, Inputs, Needs, Ports, Results, State, Words};
+pub use hit::{HitFront, HitUnit, HitWords};
+pub use operation::{BlockOf, Memory, Operation};
+pub use tex::{Tangents, TexFront, TexUnit, TexWords};
 pub use wires::{Alone, Carries, Wire};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
@@ -22,6 +23,13 @@ use crate::stages::{
     Roms, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
     reflect, roughness,
 };
+
+/// A block of ENV.
+pub type EnvBlock<const N: usize> = Block<Ports<N>, N>;
+/// A block of HIT.
+pub type HitBlock<const N: usize> = Block<HitFront<N>, N>;
+/// A block of TEX.
+pub type TexBlock<const N: usize> = Block<TexFront<N>, N>;
 
 /// A unit compiled for a scene's needs and a face size.
 #[derive(Clone, Debug)]

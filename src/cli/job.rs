@@ -345,7 +345,7 @@ impl Job {
         match (self, rtl) {
             (Self::Env(s), Rtl::Env(e)) => {
                 let f = s.scene.fragments.iter().find(|f| f.pixel == pixel)?;
-                let texture = Some(&e.texture);
+                let texture = e.memory.texture.as_ref();
                 probe::rtl(&e.unit, &e.config, &f.fragment, texture, &mut probe);
             }
             (Self::Hit(s), Rtl::Hit(e)) => {

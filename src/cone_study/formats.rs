@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use rtl_model::cone::{ConeFormat, StoreRounding};
+use rtl_model::unit::{Operation as _, TexBlock};
 
 use crate::engine::Progress;
 use crate::engine::cones::{Asked, FloatCones, RtlCones, walk};
@@ -152,7 +153,7 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
                     if exact == 0.0 { 0.0 } else { (width.abs() / exact.abs() - 1.0).abs() };
                 samples.width.push(relative);
                 let unit = &engine.textures[look.texture];
-                let Some(texture) = &unit.texture else { return };
+                let Some(texture) = &unit.memory.texture else { return };
                 // The doubles' width goes through the same unit, as near as its register holds it.
                 for (kind, w) in [width, exact].into_iter().enumerate() {
                     let mut flags = rtl_model::fx::Flags::default();
@@ -162,12 +163,15 @@ fn row(subject: &TexSubject, spec: &UnitSpec, engine: &TexEngine, y: usize) -> P
                         cfg.load([0, w.to_bits()], &mut cfg.dither(0), &mut flags)
                     };
                     let request = [words(&look.fragment, cone)];
-                    let (state, _) = unit.address(&request);
+                    let mut block = TexBlock::<1>::default();
+                    unit.unit.load(&request, &mut block);
+                    let blocks = std::slice::from_mut(&mut block);
+                    unit.unit.steps(0, &unit.memory, blocks, &mut rtl_model::NoTap);
                     let key = (group(look.bounce), look.texture);
                     let tiles = part.tiles[kind]
                         .entry(key)
                         .or_insert_with(|| Tiles::new(map, settings.policy.address.wrap()));
-                    unit.unit.footprints(&state, 0, texture, &mut |at| {
+                    unit.unit.touched_corners(&block, 0, texture, &mut |at| {
                         tiles.touch(at.level, at.texel);
                     });
                 }

@@ -2,7 +2,7 @@
 
 use rtl_model::fx::Flags;
 use rtl_model::stages::Roms;
-use rtl_model::unit::{Alone, Needs, Ports, Results, State, Wire, Words};
+use rtl_model::unit::{Alone, Needs, Results, State, Wire, Words};
 use rtl_model::{Config, Texture, Unit};
 
 use super::bench::{Bench, Build, Extra, Model, put_words, record};
@@ -45,10 +45,8 @@ impl Lane {
     /// Every stage, up to one of them or all, on words from the ports; sticky flags of all that ran.
     fn run(&mut self, words: &Words, before: Option<Alone>) -> Flags {
         self.probe.clear();
-        let mut ports = Ports::<1>::default();
-        self.unit.load(&mut ports, words);
         self.unit.one(
-            &ports,
+            words,
             before,
             Some(&self.texture),
             &mut self.state,

@@ -134,15 +134,15 @@ impl Bench for HitBench {
             cone: (self.whole && word(8) == 1).then(|| [number(6), number(7)]),
         };
         self.probe.clear();
-        let (state, out) = self.engine.lanes::<1, _>(&[ray], &mut self.probe);
+        let (block, out) = self.engine.lanes::<1, _>(&[words(&ray)], &mut self.probe);
         let place = |status| HitStatus::ALL.iter().position(|s| *s == status);
         let extra = Extra {
-            face: num::i64(state.env.face.face[0]),
-            count: out.env.probes[0],
-            status: place(state.hit.status[0]).map_or(0, num::i64),
-            iterations: state.hit.iterations[0].into(),
+            face: num::i64(block.env.face.face[0]),
+            count: out.probes[0],
+            status: place(block.front.hit.status[0]).map_or(0, num::i64),
+            iterations: block.front.hit.iterations[0].into(),
         };
-        record(&self.shape, &self.probe, out.env.flags[0], extra, output);
+        record(&self.shape, &self.probe, out.flags[0], extra, output);
     }
 }
 

@@ -204,7 +204,7 @@ pub fn textures(spec: &UnitSpec) -> Result<Vec<Row>, InputError> {
         };
         let [x, y] = theirs.dd;
         let mut names: Vec<String> = event_names(flags).map(str::to_string).collect();
-        names.extend(engine.flags(&out, 0));
+        names.extend(engine.flag_names(out.flags[0]));
         Row {
             name: name.into(),
             paper: note(&request),

@@ -95,8 +95,8 @@ impl Bench for TexBench {
             st: [word(18), word(19)],
         };
         self.probe.clear();
-        let (state, out) = self.engine.lanes::<1, _>(&[request], &mut self.probe);
-        let extra = Extra { face: 0, count: state.env.line.count[0], ..Extra::default() };
+        let (block, out) = self.engine.lanes::<1, _>(&[request], &mut self.probe);
+        let extra = Extra { face: 0, count: block.env.line.count[0], ..Extra::default() };
         record(&self.shape, &self.probe, out.flags[0], extra, output);
     }
 }

@@ -3,10 +3,10 @@
 //! The stages are always inlined, so that a [`Task`] is compiled once for each set of instructions. All
 //! of it is integer arithmetic: the bits are the same.
 
-use rtl_model::unit::{Ports, Results, State, Words};
-use rtl_model::{NoTap, NoTapStandard, Tap, Texture, Unit};
+use rtl_model::unit::{Block, BlockOf, Memory, Operation, Results};
+use rtl_model::{NoTap, NoTapStandard, Tap};
 
-/// Fragments in a block.
+/// Requests in a block.
 pub const LANES: usize = 32;
 
 /// Which instructions a task runs under.
@@ -68,86 +68,47 @@ fn run_avx2<T: Task>(task: T) -> T::Output {
     task.run()
 }
 
-/// Where blocks of fragments come from.
-#[derive(Debug)]
-pub enum Source<'a> {
-    /// Fragments, through the whole unit.
-    Words(&'a [Words]),
-    /// Groups that stay from unit to unit, from this step on.
-    Kept(&'a mut [Box<Group>], usize),
-}
-
-/// Blocks of fragments through the unit; `each` sees the results of every block.
-pub struct Blocks<'a, F> {
-    /// The unit.
-    pub unit: &'a Unit,
-    /// Fragments of all blocks.
-    pub source: Source<'a>,
-    /// Texel memory.
-    pub texture: Option<&'a Texture>,
-    /// Takes the results of a block and how many lanes are in use.
-    pub each: F,
-}
-
 /// Blocks whose stages run side by side, so that a stage's code is fetched once for all of them.
 pub const GROUP: usize = 4;
 
-/// What a group of blocks passes through.
+/// Where the blocks of an operation come from.
 #[derive(Debug)]
-pub struct Group {
-    ports: [Ports<LANES>; GROUP],
-    states: [State<LANES>; GROUP],
-    out: Results<LANES>,
+pub enum Source<'a, O: Operation> {
+    /// Requests, through the whole operation.
+    Words(&'a [O::Words]),
+    /// Blocks that stay from unit to unit, from this step on.
+    Kept(&'a mut [BlockOf<O, LANES>], usize),
 }
 
-impl Group {
-    fn passing() -> Box<Self> {
-        Box::new(Self {
-            ports: Default::default(),
-            states: Default::default(),
-            out: Results::default(),
-        })
-    }
+/// Takes a block that has run, and its results.
+pub type Each<'a, O> = &'a mut dyn FnMut(&BlockOf<O, LANES>, &Results<LANES>);
 
-    /// A group of up to `GROUP · LANES` fragments whose results stay; nothing has run yet.
-    #[must_use]
-    pub fn kept(unit: &Unit, words: &[Words]) -> Box<Self> {
-        let mut group = Box::new(Self {
-            ports: Default::default(),
-            states: std::array::from_fn(|_| State::kept()),
-            out: Results::default(),
-        });
-        group.load(unit, words);
-        group
-    }
-
-    /// What the steps have left of each block, and how many of its lanes are in use.
-    pub fn blocks(&self) -> impl Iterator<Item = (&State<LANES>, usize)> {
-        let lanes = self.ports.iter().map(|p| p.len).filter(|n| *n > 0);
-        self.states.iter().zip(lanes)
-    }
-
-    fn load(&mut self, unit: &Unit, words: &[Words]) {
-        let mut chunks = words.chunks(LANES);
-        for ports in &mut self.ports {
-            ports.len = 0;
-            for words in chunks.next().unwrap_or_default() {
-                unit.load(ports, words);
-            }
-        }
-    }
+/// Blocks through an operation.
+pub struct Blocks<'a, O: Operation> {
+    /// The compiled unit.
+    pub unit: &'a O,
+    /// What it reads.
+    pub memory: &'a Memory,
+    /// The blocks.
+    pub source: Source<'a, O>,
+    /// Sees every block.
+    pub each: Each<'a, O>,
 }
 
-impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
+impl<O: Operation> Blocks<'_, O> {
     /// Runs a group from a step on.
     #[inline(always)]
-    fn group<T: Tap>(&mut self, first: usize, group: &mut Group, tap: &mut T) {
-        let used = group.ports.iter().filter(|p| p.len > 0).count();
-        let (ports, states) = (&group.ports[..used], &mut group.states[..used]);
-        self.unit.fronts_from(first, ports, states, tap);
-        for (ports, state) in ports.iter().zip(states) {
-            self.unit.finish(state, ports.len, self.texture, &mut group.out, tap);
-            (self.each)(&group.out, ports.len);
+    fn group<T: Tap>(
+        &mut self,
+        first: usize,
+        group: &mut [BlockOf<O, LANES>],
+        out: &mut Results<LANES>,
+        tap: &mut T,
+    ) {
+        self.unit.steps(first, self.memory, group, tap);
+        for block in group {
+            self.unit.finish(block, self.memory, out, tap);
+            (self.each)(block, out);
         }
     }
 
@@ -155,37 +116,49 @@ impl<F: FnMut(&Results<LANES>, usize)> Blocks<'_, F> {
     /// wider instructions to keep builds short.
     #[cold]
     #[inline(never)]
-    fn group_of_any_formats(&mut self, first: usize, group: &mut Group) {
-        self.group(first, group, &mut NoTap);
+    fn group_of_any_formats(
+        &mut self,
+        first: usize,
+        group: &mut [BlockOf<O, LANES>],
+        out: &mut Results<LANES>,
+    ) {
+        self.group(first, group, out, &mut NoTap);
     }
 }
 
-impl<F: FnMut(&Results<LANES>, usize)> Task for Blocks<'_, F> {
+impl<O: Operation> Task for Blocks<'_, O> {
     type Output = ();
 
     #[inline(always)]
     fn run(mut self) {
         let mut source = std::mem::replace(&mut self.source, Source::Words(&[]));
-        let mut passing = matches!(source, Source::Words(_)).then(Group::passing);
-        let mut number = 0;
+        let mut passing: Vec<BlockOf<O, LANES>> = Vec::new();
+        let mut out = Results::default();
         loop {
-            let (group, first) = match (&mut source, &mut passing) {
-                (Source::Words(words), Some(group)) if !words.is_empty() => {
+            let (group, first) = match &mut source {
+                Source::Words(words) if !words.is_empty() => {
                     let (now, later) = words.split_at(words.len().min(GROUP * LANES));
-                    group.load(self.unit, now);
+                    let used = now.len().div_ceil(LANES);
+                    if passing.len() < used {
+                        passing.resize_with(used, Block::default);
+                    }
+                    for (words, block) in now.chunks(LANES).zip(&mut passing) {
+                        self.unit.load(words, block);
+                    }
                     *words = later;
-                    (group, 0)
+                    (&mut passing[..used], 0)
                 }
-                (Source::Kept(groups, first), _) if number < groups.len() => {
-                    number += 1;
-                    (&mut groups[number - 1], *first)
+                Source::Kept(blocks, first) if !blocks.is_empty() => {
+                    let (now, later) = std::mem::take(blocks).split_at_mut(GROUP.min(blocks.len()));
+                    *blocks = later;
+                    (now, *first)
                 }
-                (Source::Words(_) | Source::Kept(..), _) => return,
+                Source::Words(_) | Source::Kept(..) => return,
             };
             if self.unit.is_standard() {
-                self.group(first, group, &mut NoTapStandard);
+                self.group(first, group, &mut out, &mut NoTapStandard);
             } else {
-                self.group_of_any_formats(first, group);
+                self.group_of_any_formats(first, group, &mut out);
             }
         }
     }

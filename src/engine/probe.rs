@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use num_bigint::BigInt;
-use rtl_model::regs::{Event, Reg};
-use rtl_model::unit::{Ports, Results, State};
+use rtl_model::regs::Reg;
+use rtl_model::unit::{Results, State};
 use rtl_model::{Config, Tap, Texture, Unit};
 
 use super::encode;
-use super::rtl::overflow_name;
+use super::rtl::flag_names;
 use crate::base::num;
 use crate::fragment::Fragment;
 use crate::reference;
@@ -131,22 +131,11 @@ pub fn rtl(
     probe: &mut RtlProbe,
 ) -> RtlFragment {
     probe.clear();
-    let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &encode::words(fragment));
     let mut out = Results::<1>::default();
     let mut state = State::<1>::default();
-    let set = unit.one(&ports, None, texture, &mut state, &mut out, probe);
-    let mut flags = Vec::new();
-    for reg in Reg::ALL {
-        if set.has(*reg) {
-            flags.push(overflow_name(config, *reg));
-        }
-    }
-    for event in Event::ALL {
-        if set.has_event(*event) {
-            flags.push(event.name().to_string());
-        }
-    }
+    let words = encode::words(fragment);
+    let set = unit.one(&words, None, texture, &mut state, &mut out, probe);
+    let flags = flag_names(config, set);
     RtlFragment { face: state.face.face[0], probes: out.probes[0], color: out.color[0], flags }
 }
 

@@ -159,7 +159,7 @@ pub fn compare(
                     &engine.unit,
                     &engine.config,
                     &fragment.fragment,
-                    Some(&engine.texture),
+                    engine.memory.texture.as_ref(),
                     &mut mine,
                 );
                 theirs.clear();

@@ -1,15 +1,16 @@
-//! The `rtl` engine: the integer model over blocks of fragments, all cores.
+//! The `rtl` engine: the integer model of an operation over blocks of requests, all cores.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use rtl_model::fx::flags::FlagCounts;
+use rtl_model::distance::DistanceMemory;
+use rtl_model::fx::flags::{FlagCounts, Flags};
 use rtl_model::regs::{Event, Reg};
-use rtl_model::unit::{Needs, Results, Words};
-use rtl_model::{Config, Texture, Unit};
+use rtl_model::unit::{Block, BlockOf, EnvBlock, Memory, Needs, Operation, Results, Words};
+use rtl_model::{Config, Tap, Texture, Unit};
 
-use super::dispatch::{self, Blocks, GROUP, Group, LANES, Level, Source};
+use super::dispatch::{self, Blocks, Each, LANES, Level, Source};
 use super::{Engine, Progress, Rendering, Rung, Subject, encode};
 use crate::base::num;
 use crate::cube::CubeMap;
@@ -19,92 +20,201 @@ use crate::unit::{UnitSpec, refused};
 /// Blocks that one task of the thread pool takes at a time.
 const BLOCKS: usize = 32;
 
-/// The integer model with its textures.
+/// The integer model of an operation with its memory.
 #[derive(Clone, Debug)]
-pub struct RtlEngine {
+pub struct Rtl<O> {
     /// The compiled unit.
-    pub unit: Unit,
-    /// Texel memory.
-    pub texture: Texture,
+    pub unit: O,
+    /// Texels and distances.
+    pub memory: Memory,
     /// The configuration that both were made from.
     pub config: Config,
     /// Instructions that blocks run under.
     pub level: Level,
 }
 
-impl RtlEngine {
-    /// Compiles a unit for what a scene needs and encodes its environment.
-    pub fn new(spec: &UnitSpec, needs: Needs, map: &CubeMap) -> Result<Self, InputError> {
-        let size = num::u32(map.size());
-        Ok(Self {
-            unit: Unit::new(&spec.config, needs, size).map_err(refused)?,
-            texture: encode::texture(&spec.config, map).map_err(refused)?,
-            config: spec.config.clone(),
-            level: Level::detect(),
-        })
+impl<O: Operation> Rtl<O> {
+    pub(super) fn around(spec: &UnitSpec, unit: O, memory: Memory) -> Self {
+        Self { unit, memory, config: spec.config.clone(), level: Level::detect() }
     }
 
-    /// Filters fragments; colours as integers with the fraction bits of `filter.color`.
-    #[must_use]
-    pub fn filter(&self, words: &[Words], progress: Progress<'_>) -> Filtered {
-        let mut colors = vec![[0; 3]; words.len()];
-        let parts = words
-            .par_chunks(LANES * BLOCKS)
-            .zip(colors.par_chunks_mut(LANES * BLOCKS))
-            .map(|(chunk, colors)| self.part(Source::Words(chunk), colors, progress))
-            .collect();
-        Filtered::whole(colors, parts)
-    }
-
-    /// Filters the fragments of kept groups from step `first` on: the steps before it have run there.
-    #[must_use]
-    pub fn refilter(
-        &self,
-        groups: &mut [Box<Group>],
-        fragments: usize,
-        first: usize,
-        progress: Progress<'_>,
-    ) -> Filtered {
-        let mut colors = vec![[0; 3]; fragments];
-        let parts = groups
-            .par_chunks_mut(BLOCKS / GROUP)
-            .zip(colors.par_chunks_mut(LANES * BLOCKS))
-            .map(|(groups, colors)| self.part(Source::Kept(groups, first), colors, progress))
-            .collect();
-        Filtered::whole(colors, parts)
-    }
-
-    fn part(
-        &self,
-        source: Source<'_>,
-        colors: &mut [[i64; 3]],
-        progress: Progress<'_>,
-    ) -> Filtered {
-        let count = num::u64(colors.len());
-        let mut part = Filtered::default();
-        let mut colors = colors.iter_mut();
-        let blocks = Blocks {
-            unit: &self.unit,
-            source,
-            texture: Some(&self.texture),
-            each: |out: &Results<LANES>, len| {
-                for (color, to) in out.color[..len].iter().zip(&mut colors) {
-                    *to = *color;
-                }
-                part.count(out, len);
-            },
+    /// The texels and the distances of an engine before, where a unit of `config` would hold the same of the same maps.
+    pub(super) fn memory_for(
+        before: Option<Self>,
+        config: &Config,
+    ) -> (Option<Texture>, Option<DistanceMemory>) {
+        let Some(Self { memory, config: old, .. }) = before else {
+            return (None, None);
         };
+        let texels = |c: &Config| {
+            let texel = &c.policy.texel;
+            (texel.format, texel.int, texel.frac, c.policy.address.wrap())
+        };
+        let stored = |c: &Config| c.format(Reg::HitDistance);
+        (
+            memory.texture.filter(|_| texels(&old) == texels(config)),
+            (stored(&old) == stored(config)).then_some(memory.distances),
+        )
+    }
+
+    /// Runs blocks one after the other.
+    pub fn blocks(&self, source: Source<'_, O>, each: Each<'_, O>) {
+        let blocks = Blocks { unit: &self.unit, memory: &self.memory, source, each };
         dispatch::run(self.level, blocks);
-        progress(count);
-        part
+    }
+
+    /// Runs blocks on all cores; `each` adds a block to the part of the result that its task makes. Parts in order.
+    pub fn parts<P: Default + Send>(
+        &self,
+        source: Source<'_, O>,
+        progress: Progress<'_>,
+        each: impl Fn(&Self, &mut P, &BlockOf<O, LANES>, &Results<LANES>) + Sync,
+    ) -> Vec<P> {
+        let part = |source: Source<'_, O>| {
+            let (mut part, mut count) = (P::default(), 0);
+            self.blocks(source, &mut |block, out| {
+                count += num::u64(block.env.len);
+                each(self, &mut part, block, out);
+            });
+            progress(count);
+            part
+        };
+        match source {
+            Source::Words(words) => {
+                words.par_chunks(LANES * BLOCKS).map(|words| part(Source::Words(words))).collect()
+            }
+            Source::Kept(blocks, first) => blocks
+                .par_chunks_mut(BLOCKS)
+                .map(|blocks| part(Source::Kept(blocks, first)))
+                .collect(),
+        }
+    }
+
+    /// Blocks whose results stay from unit to unit; nothing has run yet.
+    #[must_use]
+    pub fn kept(&self, words: &[O::Words]) -> Vec<BlockOf<O, LANES>> {
+        let blocks = words.par_chunks(LANES).map(|words| {
+            let mut block = Block::kept();
+            self.unit.load(words, &mut block);
+            block
+        });
+        blocks.collect()
+    }
+
+    /// Runs up to `N` requests as one block.
+    pub fn lanes<const N: usize, T: Tap>(
+        &self,
+        words: &[O::Words],
+        tap: &mut T,
+    ) -> (BlockOf<O, N>, Results<N>) {
+        let (mut block, mut out) = (Block::default(), Results::default());
+        self.unit.load(words, &mut block);
+        self.unit.run(&self.memory, &mut block, &mut out, tap);
+        (block, out)
     }
 
     /// A colour code as a double: exact, as the register has at most 48 bits.
     #[must_use]
     pub fn color(&self, code: [i64; 3]) -> [f64; 3] {
-        let frac = num::i32(self.config.format(Reg::FilterColor).frac);
-        code.map(|c| crate::engine::probe::to_f64(c, frac))
+        color(&self.config, code)
     }
+
+    /// Names of what is flagged.
+    #[must_use]
+    pub fn flag_names(&self, flags: Flags) -> Vec<String> {
+        flag_names(&self.config, flags)
+    }
+}
+
+fn color(config: &Config, code: [i64; 3]) -> [f64; 3] {
+    let frac = num::i32(config.format(Reg::FilterColor).frac);
+    code.map(|c| super::probe::to_f64(c, frac))
+}
+
+/// Names of what is flagged.
+#[must_use]
+pub fn flag_names(config: &Config, flags: Flags) -> Vec<String> {
+    let registers = Reg::ALL.iter().filter(|reg| flags.has(**reg));
+    let events = Event::ALL.iter().filter(|event| flags.has_event(**event));
+    registers
+        .map(|reg| overflow_name(config, *reg))
+        .chain(events.map(|event| event.name().to_string()))
+        .collect()
+}
+
+/// `<stage>.<register>.saturated`, or `.wrapped` where the register wraps.
+#[must_use]
+pub fn overflow_name(config: &Config, reg: Reg) -> String {
+    let info = reg.info();
+    let how = match config.format(reg).overflow {
+        rtl_model::fx::Overflow::Wrap => "wrapped",
+        rtl_model::fx::Overflow::Saturate
+        | rtl_model::fx::Overflow::SaturateSymmetric
+        | rtl_model::fx::Overflow::Zero => "saturated",
+    };
+    format!("{}.{}.{how}", info.stage, info.name)
+}
+
+/// The integer model of ENV.
+pub type RtlEngine = Rtl<Unit>;
+
+impl RtlEngine {
+    /// Compiles a unit for what a scene needs and encodes its environment.
+    pub fn new(spec: &UnitSpec, needs: Needs, map: &CubeMap) -> Result<Self, InputError> {
+        Self::again(None, spec, needs, map)
+    }
+
+    /// [`RtlEngine::new`] with the texels of the engine before for the same map.
+    pub(super) fn again(
+        before: Option<Self>,
+        spec: &UnitSpec,
+        needs: Needs,
+        map: &CubeMap,
+    ) -> Result<Self, InputError> {
+        let unit = Unit::new(&spec.config, needs, num::u32(map.size())).map_err(refused)?;
+        let texture = match Self::memory_for(before, &spec.config).0 {
+            Some(texture) => texture,
+            None => encode::texture(&spec.config, map).map_err(refused)?,
+        };
+        let memory = Memory { texture: Some(texture), ..Memory::default() };
+        Ok(Self::around(spec, unit, memory))
+    }
+
+    /// Filters fragments; colours as integers with the fraction bits of `filter.color`.
+    #[must_use]
+    pub fn filter(&self, words: &[Words], progress: Progress<'_>) -> Filtered {
+        let parts = self.parts(Source::Words(words), progress, Self::add);
+        Filtered::whole(parts, words.len())
+    }
+
+    /// Adds a block of fragments to a part.
+    pub(super) fn add(&self, part: &mut Filtered, block: &EnvBlock<LANES>, out: &Results<LANES>) {
+        let len = block.env.len;
+        part.colors.extend_from_slice(&out.color[..len]);
+        for lane in 0..len {
+            part.probes += out.probes[lane].unsigned_abs();
+            part.texels += out.texels[lane];
+            part.flags.add(out.flags[lane]);
+        }
+    }
+}
+
+impl Engine for RtlEngine {
+    fn rung(&self) -> Rung {
+        Rung::Rtl
+    }
+
+    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
+        let words = words_of(subject);
+        let start = Instant::now();
+        let filtered = self.filter(&words, progress);
+        filtered.rendering(&self.config, subject, start)
+    }
+}
+
+/// A subject's fragments as the unit's ports take them.
+pub(super) fn words_of(subject: &Subject) -> Vec<Words> {
+    subject.scene.fragments.par_iter().map(|f| encode::words(&f.fragment)).collect()
 }
 
 /// Colours and counts of many fragments.
@@ -121,88 +231,46 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    fn whole(colors: Vec<[i64; 3]>, parts: Vec<Self>) -> Self {
-        let mut whole = Self { colors, ..Self::default() };
-        for part in &parts {
-            whole.add(part);
+    /// Parts in order; `fragments` in all.
+    pub(super) fn whole(parts: Vec<Self>, fragments: usize) -> Self {
+        let mut whole = Self { colors: Vec::with_capacity(fragments), ..Self::default() };
+        for part in parts {
+            whole.colors.extend(part.colors);
+            whole.probes += part.probes;
+            whole.texels += part.texels;
+            whole.flags.merge(&part.flags);
         }
         whole
     }
 
-    fn count(&mut self, out: &Results<LANES>, len: usize) {
-        for lane in 0..len {
-            self.probes += out.probes[lane].unsigned_abs();
-            self.texels += out.texels[lane];
-            self.flags.add(out.flags[lane]);
-        }
-    }
-
-    fn add(&mut self, part: &Self) {
-        self.probes += part.probes;
-        self.texels += part.texels;
-        self.flags.merge(&part.flags);
-    }
-
-    /// Names and counts of what was flagged.
-    #[must_use]
-    pub fn flag_names(&self, config: &Config) -> BTreeMap<String, u64> {
-        let mut out = BTreeMap::new();
-        for (reg, count) in Reg::ALL.iter().zip(self.flags.overflow) {
-            if count > 0 {
-                out.insert(overflow_name(config, *reg), count);
-            }
-        }
-        for (event, count) in Event::ALL.iter().zip(self.flags.events) {
-            if count > 0 {
-                out.insert(event.name().to_string(), count);
-            }
-        }
-        out
-    }
-}
-
-/// `<stage>.<register>.saturated`, or `.wrapped` where the register wraps.
-#[must_use]
-pub fn overflow_name(config: &Config, reg: Reg) -> String {
-    let info = reg.info();
-    let how = match config.format(reg).overflow {
-        rtl_model::fx::Overflow::Wrap => "wrapped",
-        rtl_model::fx::Overflow::Saturate
-        | rtl_model::fx::Overflow::SaturateSymmetric
-        | rtl_model::fx::Overflow::Zero => "saturated",
-    };
-    format!("{}.{}.{how}", info.stage, info.name)
-}
-
-impl Engine for RtlEngine {
-    fn rung(&self) -> Rung {
-        Rung::Rtl
-    }
-
-    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
-        let words: Vec<Words> =
-            subject.scene.fragments.par_iter().map(|f| encode::words(&f.fragment)).collect();
-        let start = Instant::now();
-        let filtered = self.filter(&words, progress);
-        self.rendering(subject, &filtered, start.elapsed().as_secs_f64())
-    }
-}
-
-impl RtlEngine {
-    /// What became of a subject's fragments, as a rendering.
-    #[must_use]
-    pub fn rendering(&self, subject: &Subject, filtered: &Filtered, seconds: f64) -> Rendering {
-        let colors: Vec<[f64; 3]> = filtered.colors.iter().map(|c| self.color(*c)).collect();
+    /// A subject's fragments, begun at `start`, as a rendering.
+    pub(super) fn rendering(
+        &self,
+        config: &Config,
+        subject: &Subject,
+        start: Instant,
+    ) -> Rendering {
+        let seconds = start.elapsed().as_secs_f64();
+        let colors: Vec<[f64; 3]> = self.colors.iter().map(|c| color(config, *c)).collect();
         Rendering {
             picture: subject.picture(&colors),
             seconds,
-            probes: filtered.probes,
-            texels: filtered.texels,
-            flags: filtered.flag_names(&self.config),
+            probes: self.probes,
+            texels: self.texels,
+            flags: self.flag_names(config),
             standard_error: None,
             searches: None,
             texture_use: None,
             beyond_f32: None,
         }
+    }
+
+    /// Names and counts of what was flagged.
+    #[must_use]
+    pub fn flag_names(&self, config: &Config) -> BTreeMap<String, u64> {
+        let registers = Reg::ALL.iter().map(|reg| overflow_name(config, *reg));
+        let events = Event::ALL.iter().map(|event| event.name().to_string());
+        let counts = self.flags.overflow.into_iter().chain(self.flags.events);
+        registers.chain(events).zip(counts).filter(|(_, count)| *count > 0).collect()
     }
 }

@@ -1,14 +1,13 @@
 //! The TEX operation over many requests: the integer model and the float reference, with one result shape.
 
 use rtl_model::cone::{Cone, Dyadic};
-use rtl_model::regs::{Event, Reg};
+use rtl_model::regs::Reg;
 use rtl_model::texture::PlanarSource;
-use rtl_model::unit::{Results, Tangents as WordTangents, TexState, TexUnit, TexWords};
-use rtl_model::{Config, ConfigError, NoTap, NoTapStandard, Tap, Texture};
+use rtl_model::unit::{Memory, Results, Tangents as WordTangents, TexBlock, TexUnit, TexWords};
+use rtl_model::{Config, ConfigError, Texture};
 
-use super::dispatch::LANES;
 use super::probe::to_f64;
-use super::rtl::overflow_name;
+use super::rtl::Rtl;
 use crate::base::num;
 use crate::error::InputError;
 use crate::fragment::{Tangents, TexFragment};
@@ -71,154 +70,50 @@ pub struct TexResult {
     pub texels: u64,
 }
 
-/// A block of requests with everything that becomes of them, which stays from unit to unit.
-#[derive(Clone, Debug)]
-pub struct Block {
-    requests: Vec<TexWords>,
-    state: Box<TexState<LANES>>,
-}
-
-impl Block {
-    /// A block of up to [`LANES`] requests; nothing has run yet.
-    #[must_use]
-    pub fn kept(requests: &[TexWords]) -> Self {
-        Self { requests: requests.to_vec(), state: Box::new(TexState::kept()) }
-    }
-
-    /// What the steps have left.
-    #[must_use]
-    pub fn state(&self) -> &TexState<LANES> {
-        &self.state
-    }
-
-    /// Its requests, one a lane.
-    #[must_use]
-    pub fn requests(&self) -> &[TexWords] {
-        &self.requests
-    }
-}
-
-/// The integer model with its texture.
-#[derive(Clone, Debug)]
-pub struct TexRtl {
-    /// The compiled unit.
-    pub unit: TexUnit,
-    /// Texels; none where a trace only asks for addresses.
-    pub texture: Option<Texture>,
-    /// The configuration that both were made from.
-    pub config: Config,
-}
+/// The integer model of TEX, for one texture; none where a trace only asks for addresses.
+pub type TexRtl = Rtl<TexUnit>;
 
 impl TexRtl {
     /// Compiles a unit and encodes a texture.
     pub fn new(spec: &UnitSpec, map: &PlanarMap) -> Result<Self, InputError> {
-        let texture = texture(&spec.config, map).map_err(refused)?;
-        Ok(Self { texture: Some(texture), ..Self::sized(spec, map.size_u32())? })
+        Self::again(None, spec, map)
+    }
+
+    /// [`TexRtl::new`] with the texels of the engine before for the same texture.
+    pub(super) fn again(
+        before: Option<Self>,
+        spec: &UnitSpec,
+        map: &PlanarMap,
+    ) -> Result<Self, InputError> {
+        let texture = match Self::memory_for(before, &spec.config).0 {
+            Some(texture) => texture,
+            None => texture(&spec.config, map).map_err(refused)?,
+        };
+        let mut engine = Self::sized(spec, map.size_u32())?;
+        engine.memory.texture = Some(texture);
+        Ok(engine)
     }
 
     /// Compiles a unit for a texture of `size` that is not read.
     pub fn sized(spec: &UnitSpec, size: [u32; 2]) -> Result<Self, InputError> {
-        Ok(Self {
-            unit: TexUnit::new(&spec.config, size).map_err(refused)?,
-            texture: None,
-            config: spec.config.clone(),
-        })
-    }
-
-    /// Runs blocks of requests; `each` gets the state of a block, its results and how many of its lanes are in use.
-    ///
-    /// Cones and `surface_footprint` work lane by lane, so that wider vectors would gain little here.
-    pub fn blocks(
-        &self,
-        requests: &[TexWords],
-        mut each: impl FnMut(&TexState<LANES>, &Results<LANES>, usize),
-    ) {
-        let (mut state, mut out) = (TexState::default(), Results::default());
-        let texture = self.texture.as_ref();
-        for requests in requests.chunks(LANES) {
-            let (state, out) = (&mut state, &mut out);
-            self.run(0, requests, texture, state, out);
-            each(state, out, requests.len());
-        }
-    }
-
-    /// [`TexRtl::blocks`] from step `first` on, over blocks in which the steps before it have run.
-    pub fn reblocks(
-        &self,
-        blocks: &mut [Block],
-        first: usize,
-        mut each: impl FnMut(&TexState<LANES>, &Results<LANES>, usize),
-    ) {
-        let mut out = Results::default();
-        for block in blocks {
-            let (state, texture) = (&mut block.state, self.texture.as_ref());
-            self.run(first, &block.requests, texture, state, &mut out);
-            each(state, &out, block.requests.len());
-        }
-    }
-
-    /// The stages up to the addresses, for one request.
-    #[must_use]
-    pub fn address(&self, request: &[TexWords; 1]) -> (TexState<LANES>, Results<LANES>) {
-        let (mut state, mut out) = (TexState::default(), Results::default());
-        self.run(0, request, None, &mut state, &mut out);
-        (state, out)
-    }
-
-    fn run(
-        &self,
-        first: usize,
-        requests: &[TexWords],
-        texture: Option<&Texture>,
-        state: &mut TexState<LANES>,
-        out: &mut Results<LANES>,
-    ) {
-        if self.unit.is_standard() {
-            let tap = &mut NoTapStandard;
-            self.unit.run_from(first, requests, texture, state, out, tap);
-        } else {
-            self.unit.run_from(first, requests, texture, state, out, &mut NoTap);
-        }
-    }
-
-    /// Runs up to `N` requests as one block.
-    pub fn lanes<const N: usize, T: Tap>(
-        &self,
-        requests: &[TexWords],
-        tap: &mut T,
-    ) -> (TexState<N>, Results<N>) {
-        let (mut state, mut out) = (TexState::default(), Results::default());
-        let texture = self.texture.as_ref();
-        self.unit.run(requests, texture, &mut state, &mut out, tap);
-        (state, out)
+        let unit = TexUnit::new(&spec.config, size).map_err(refused)?;
+        Ok(Self::around(spec, unit, Memory::default()))
     }
 
     /// One lane's result.
     #[must_use]
     pub fn result<const N: usize>(
         &self,
-        state: &TexState<N>,
+        block: &TexBlock<N>,
         out: &Results<N>,
         lane: usize,
     ) -> TexResult {
-        let frac = |reg: Reg| num::i32(self.config.format(reg).frac);
+        let lod_frac = num::i32(self.config.format(Reg::FootLod).frac);
         TexResult {
-            color: out.color[lane].map(|c| to_f64(c, frac(Reg::FilterColor))),
-            lod: to_f64(state.env.line.lod[lane], frac(Reg::FootLod)),
+            color: self.color(out.color[lane]),
+            lod: to_f64(block.env.line.lod[lane], lod_frac),
             probes: num::u32(out.probes[lane]),
             texels: out.texels[lane],
         }
-    }
-
-    /// Names of a lane's flags.
-    #[must_use]
-    pub fn flags<const N: usize>(&self, out: &Results<N>, lane: usize) -> Vec<String> {
-        let flags = out.flags[lane];
-        let registers = Reg::ALL.iter().filter(|reg| flags.has(**reg));
-        let events = Event::ALL.iter().filter(|event| flags.has_event(**event));
-        registers
-            .map(|reg| overflow_name(&self.config, *reg))
-            .chain(events.map(|event| event.name().to_string()))
-            .collect()
     }
 }

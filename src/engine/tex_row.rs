@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rtl_model::unit::{Results, TexState, TexWords};
+use rtl_model::unit::{Operation as _, Results, TexBlock, TexWords};
 
 use super::dispatch::LANES;
 use super::hit::HitResult;
@@ -55,21 +55,21 @@ impl Row {
         unit: &TexRtl,
         index: usize,
         request: &Request<TexWords>,
-        (state, out, lane): (&TexState<LANES>, &Results<LANES>, usize),
+        (block, out, lane): (&TexBlock<LANES>, &Results<LANES>, usize),
     ) {
-        let result = unit.result(state, out, lane);
+        let result = unit.result(block, out, lane);
         self.add(request.column, request.weight, result.color);
         self.level(request.column, request.weight, result.lod);
         self.probes += u64::from(result.probes);
         self.texels += result.texels;
         if !out.flags[lane].is_empty() {
-            for name in unit.flags(out, lane) {
+            for name in unit.flag_names(out.flags[lane]) {
                 *self.flags.entry(name).or_default() += 1;
             }
         }
-        if let Some(texture) = &unit.texture {
+        if let Some(texture) = &unit.memory.texture {
             let tiles = &mut self.tiles[index];
-            unit.unit.footprints(state, lane, texture, &mut |at| {
+            unit.unit.touched_corners(block, lane, texture, &mut |at| {
                 tiles.touch(at.level, at.texel);
             });
         }

@@ -5,12 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use rtl_model::unit::{Results, TexState, TexWords};
+use rtl_model::unit::{HitWords, TexWords};
 
-use super::dispatch::LANES;
+use super::dispatch::Source;
 use super::gpu::Reports;
 use super::gpu::tex::{AskedGpu, GpuTex};
-use super::hit::{HitF64, HitRtl};
+use super::hit::{self, HitF64, HitRtl};
 use super::probe::{FloatProbe, RtlProbe};
 use super::registers::RegisterErrors;
 use super::reuse::lines::{Line, TexLine};
@@ -207,30 +207,31 @@ impl TexSubject {
         row.tiles =
             maps.map(|(map, unit)| Tiles::new(map, unit.config.policy.address.wrap())).collect();
         for (index, (unit, looks)) in engine.textures.iter().zip(&asked.looks).enumerate() {
-            let mut at = 0;
-            let each = |state: &TexState<LANES>, out: &Results<LANES>, len: usize| {
-                for lane in 0..len {
-                    row.look(unit, index, &looks[at], (state, out, lane));
-                    at += 1;
+            let words: Vec<TexWords>;
+            let source = match &mut kept {
+                Some((kept, first)) => Source::Kept(&mut kept.looks[index], first.looks[index]),
+                None => {
+                    words = looks.iter().map(|r| r.asked).collect();
+                    Source::Words(&words)
                 }
             };
-            match &mut kept {
-                Some((kept, first)) => {
-                    unit.reblocks(&mut kept.looks[index], first.looks[index], each);
+            let mut looks = looks.iter();
+            unit.blocks(source, &mut |block, out| {
+                for (lane, request) in (0..block.env.len).zip(&mut looks) {
+                    row.look(unit, index, request, (block, out, lane));
                 }
-                None => {
-                    let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
-                    unit.blocks(&words, each);
-                }
-            }
+            });
         }
-        let found = match kept {
-            Some((kept, first)) => engine.sky.refilter(&mut kept.sky, first.sky, &|_| {}),
+        let rays: Vec<HitWords>;
+        let source = match kept {
+            Some((kept, first)) => Source::Kept(&mut kept.sky, first.sky),
             None => {
-                let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
-                engine.sky.filter(&rays, &|_| {})
+                rays = asked.sky.iter().map(|r| hit::words(&r.asked)).collect();
+                Source::Words(&rays)
             }
         };
+        let mut found = Vec::new();
+        engine.sky.blocks(source, &mut |block, out| engine.sky.add(&mut found, block, out));
         row.sky(&asked.sky, found);
         row
     }

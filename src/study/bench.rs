@@ -8,10 +8,9 @@ use std::collections::BTreeMap;
 
 use crate::engine::hit::HitResult;
 use crate::engine::reuse::Saved;
-use crate::engine::reuse::env::KeptEnv;
-use crate::engine::reuse::hit::KeptHit;
 use crate::engine::reuse::lines::{Apart, Line, RtlLine, quantile};
 use crate::engine::reuse::tex::KeptTex;
+use crate::engine::reuse::{KeptEnv, KeptHit};
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::impostor::study::{Case, FAR_SHARE, cases, degrees};
@@ -334,9 +333,9 @@ impl Bench {
         }
         let mut walk = Walk::new(self.scene.maps(spec), &how.cost.cache, &spec.config);
         match &self.kept {
-            Kept::Env(kept) => kept.footprints(&mut |corner| walk.touch(0, corner)),
-            Kept::Hit(kept) => kept.footprints(&mut |corner| walk.touch(0, corner)),
-            Kept::Tex(kept) => kept.footprints(&mut |map, corner| walk.touch(map, corner)),
+            Kept::Env(kept) => kept.touched_corners(&mut |corner| walk.touch(0, corner)),
+            Kept::Hit(kept) => kept.touched_corners(&mut |corner| walk.touch(0, corner)),
+            Kept::Tex(kept) => kept.touched_corners(&mut |map, corner| walk.touch(map, corner)),
         }
         let found = walk.finish();
         self.texels.insert(key, found);

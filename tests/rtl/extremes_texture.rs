@@ -7,7 +7,7 @@
 
 use rtl_model::regs::Reg;
 use rtl_model::stages::{Roms, Sink, address};
-use rtl_model::unit::{Ports, Results, State};
+use rtl_model::unit::{Results, State};
 use rtl_model::{NoTap, Unit};
 use support::reference::{PLAIN, Random, map, plain};
 use support::rtl::{bound, lod, near, trace};
@@ -87,11 +87,9 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
     let config = &spec.config;
     let f = straight([[2.0, 0.0], [0.0, 0.0]]);
     let unit = Unit::new(config, encode::needs(&f), 16384).unwrap();
-    let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, &encode::words(&f));
     let mut out = Results::<1>::default();
     let mut state = State::<1>::default();
-    unit.env(&ports, None, &mut state, &mut out, &mut NoTap);
+    unit.one(&encode::words(&f), None, None, &mut state, &mut out, &mut NoTap);
     let line = unit.request(&state, 0).line;
     let cfg = address::Cfg::new(config).unwrap();
     let roms = Roms::new(config).unwrap();

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use rtl_model::fx::flags::FlagCounts;
 use rtl_model::regs::Reg;
-use rtl_model::unit::{Ports, Results, State, Words};
-use rtl_model::{NoTap, Tap, Texture, Unit};
+use rtl_model::unit::{EnvBlock, Memory, Operation as _, Results, Words};
+use rtl_model::{NoTap, Tap, Unit};
 use support::reference::Random;
-use tapline::engine::dispatch::{Blocks, LANES, Level, Source, run};
+use tapline::engine::dispatch::{LANES, Level, Source};
 use tapline::engine::encode::words;
 use tapline::engine::probe::{RtlProbe, rtl};
 use tapline::fragment::Fragment;
@@ -30,17 +30,14 @@ impl Tap for Lanes {
 /// The registers and the results of up to N fragments in one block.
 fn batch<const N: usize>(
     unit: &Unit,
-    texture: &Texture,
+    memory: &Memory,
     fragments: &[Fragment],
 ) -> (Lanes, Results<N>) {
     let mut lanes = Lanes(vec![BTreeMap::new(); N]);
-    let mut ports = Ports::<N>::default();
-    for fragment in fragments {
-        unit.load(&mut ports, &words(fragment));
-    }
-    let mut out = Results::<N>::default();
-    let mut state = State::default();
-    unit.env(&ports, Some(texture), &mut state, &mut out, &mut lanes);
+    let (mut block, mut out) = (EnvBlock::<N>::default(), Results::default());
+    let words: Vec<Words> = fragments.iter().map(words).collect();
+    unit.load(&words, &mut block);
+    unit.run(memory, &mut block, &mut out, &mut lanes);
     (lanes, out)
 }
 
@@ -53,17 +50,17 @@ fn sample(fragments: usize, random: &mut Random) -> Vec<usize> {
         .collect()
 }
 
-fn traced(unit: &Unit, texture: &Texture, fragment: &Fragment) -> (Writes, Results<1>) {
-    let (mut lanes, out) = batch::<1>(unit, texture, std::slice::from_ref(fragment));
+fn traced(unit: &Unit, memory: &Memory, fragment: &Fragment) -> (Writes, Results<1>) {
+    let (mut lanes, out) = batch::<1>(unit, memory, std::slice::from_ref(fragment));
     (lanes.0.remove(0), out)
 }
 
-fn same_for_n<const N: usize>(unit: &Unit, texture: &Texture, fragments: &[Fragment], name: &str) {
+fn same_for_n<const N: usize>(unit: &Unit, memory: &Memory, fragments: &[Fragment], name: &str) {
     // Chunks of N, the last one shorter: unused lanes must not matter.
     for chunk in fragments.chunks(N) {
-        let (lanes, out) = batch::<N>(unit, texture, chunk);
+        let (lanes, out) = batch::<N>(unit, memory, chunk);
         for (lane, fragment) in chunk.iter().enumerate() {
-            let (alone, result) = traced(unit, texture, fragment);
+            let (alone, result) = traced(unit, memory, fragment);
             assert!(alone.len() > 40, "a trace of {} registers", alone.len());
             assert_eq!(alone, lanes.0[lane], "{name}, {N} lanes, {fragment:?}");
             assert_eq!(result.color[0], out.color[lane]);
@@ -81,17 +78,17 @@ fn a_hundred_pixels_of_every_scene_have_the_same_registers_traced_and_batched() 
     for info in SCENES {
         let subject = support::rtl::subject(info.name, 64, &spec);
         let engine = support::rtl::engine(&spec, &subject);
-        let (unit, texture) = (&engine.unit, &engine.texture);
+        let (unit, memory) = (&engine.unit, &engine.memory);
         let all = &subject.scene.fragments;
         let fragments: Vec<Fragment> =
             sample(all.len(), &mut random).into_iter().map(|i| all[i].fragment).collect();
-        same_for_n::<8>(unit, texture, &fragments, info.name);
-        same_for_n::<32>(unit, texture, &fragments, info.name);
+        same_for_n::<8>(unit, memory, &fragments, info.name);
+        same_for_n::<32>(unit, memory, &fragments, info.name);
         // What `trace` prints is the same code with the engine's own tap.
         let mut probe = RtlProbe::default();
         for fragment in &fragments {
-            let shown = rtl(unit, &engine.config, fragment, Some(texture), &mut probe);
-            let (registers, result) = traced(unit, texture, fragment);
+            let shown = rtl(unit, &engine.config, fragment, memory.texture.as_ref(), &mut probe);
+            let (registers, result) = traced(unit, memory, fragment);
             assert_eq!(shown.color, result.color[0]);
             for ((reg, component), (raw, frac)) in registers {
                 let code = probe.get(reg)[component];
@@ -109,7 +106,7 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
     eprintln!("levels: {levels:?}");
     for info in SCENES {
         let subject = support::rtl::subject(info.name, 64, &spec);
-        let engine = support::rtl::engine(&spec, &subject);
+        let mut engine = support::rtl::engine(&spec, &subject);
         let all = &subject.scene.fragments;
         let fragments: Vec<Fragment> =
             sample(all.len(), &mut random).into_iter().map(|i| all[i].fragment).collect();
@@ -117,15 +114,10 @@ fn every_vector_level_gives_the_traced_colours_counts_and_flags() {
         for level in &levels {
             for (chunk, words) in fragments.chunks(LANES).zip(words.chunks(LANES)) {
                 let mut out = Results::<LANES>::default();
-                let blocks = Blocks {
-                    unit: &engine.unit,
-                    source: Source::Words(words),
-                    texture: Some(&engine.texture),
-                    each: |block: &Results<LANES>, _| out = block.clone(),
-                };
-                run(*level, blocks);
+                engine.level = *level;
+                engine.blocks(Source::Words(words), &mut |_, results| out = results.clone());
                 for (lane, fragment) in chunk.iter().enumerate() {
-                    let (_, alone) = traced(&engine.unit, &engine.texture, fragment);
+                    let (_, alone) = traced(&engine.unit, &engine.memory, fragment);
                     let here =
                         (out.color[lane], out.probes[lane], out.texels[lane], out.flags[lane]);
                     let there = (alone.color[0], alone.probes[0], alone.texels[0], alone.flags[0]);
@@ -149,16 +141,7 @@ fn the_engine_gives_the_traced_colours_for_one_two_and_three_threads() {
         let mut colors = Vec::new();
         let (mut probes, mut texels, mut flags) = (0, 0, FlagCounts::default());
         for words in &words {
-            let mut ports = Ports::<1>::default();
-            engine.unit.load(&mut ports, words);
-            let mut out = Results::<1>::default();
-            engine.unit.env(
-                &ports,
-                Some(&engine.texture),
-                &mut State::default(),
-                &mut out,
-                &mut NoTap,
-            );
+            let (_, out) = engine.lanes::<1, _>(std::slice::from_ref(words), &mut NoTap);
             colors.push(out.color[0]);
             probes += out.probes[0].unsigned_abs();
             texels += out.texels[0];

@@ -1,6 +1,6 @@
 //! Blocks of lanes: what goes in, what the stages keep, what comes out.
 
-use super::steps::Marks;
+use super::steps::StepFlags;
 use crate::fx::Flags;
 use crate::stages::{
     Lanes, bump, covariance, cube_face, eigen, footprint, jacobian, local_frame, reflect, roughness,
@@ -42,11 +42,9 @@ pub struct Words {
     pub d: [u64; 3],
 }
 
-/// Up to `N` fragments before their ports, one array a word.
+/// Words of fragments, one array a word.
 #[derive(Clone, Debug)]
 pub struct Ports<const N: usize> {
-    /// Lanes in use.
-    pub len: usize,
     pub(super) v: [[u64; N]; 3],
     pub(super) n: [[u64; N]; 3],
     pub(super) h: [[u64; N]; 3],
@@ -59,7 +57,6 @@ pub struct Ports<const N: usize> {
 impl<const N: usize> Default for Ports<N> {
     fn default() -> Self {
         Self {
-            len: 0,
             v: [[0; N]; 3],
             n: [[0; N]; 3],
             h: [[0; N]; 3],
@@ -103,11 +100,30 @@ impl<const N: usize> Default for Inputs<N> {
     }
 }
 
-/// What the stages have written for a block of lanes; kept from block to block.
+/// Up to `N` requests of an operation on their way.
+#[derive(Clone, Debug, Default)]
+pub struct Block<F, const N: usize> {
+    /// Their words, and what the operation's own stages leave.
+    pub front: F,
+    /// ENV's stages.
+    pub env: State<N>,
+}
+
+impl<F: Default, const N: usize> Block<F, N> {
+    /// A block that remembers the flags behind each step, so that its results can stay from unit to unit.
+    #[must_use]
+    pub fn kept() -> Self {
+        Self { front: F::default(), env: State::kept() }
+    }
+}
+
+/// What ENV's stages have written for a block of lanes; kept from block to block.
 #[derive(Clone, Debug)]
 pub struct State<const N: usize> {
+    /// Lanes in use.
+    pub len: usize,
     /// Flags behind each step, where a state is kept from unit to unit.
-    pub(super) marks: Option<Marks<N>>,
+    pub(super) step_flags: Option<StepFlags<N>>,
     pub(super) flags: [Flags; N],
     pub(super) input: Inputs<N>,
     pub(super) frame: local_frame::Out<N>,
@@ -129,7 +145,8 @@ pub struct State<const N: usize> {
 impl<const N: usize> Default for State<N> {
     fn default() -> Self {
         Self {
-            marks: None,
+            len: 0,
+            step_flags: None,
             flags: [NO_FLAGS; N],
             input: Default::default(),
             frame: Default::default(),

@@ -1,19 +1,19 @@
 //! The HIT operation: the search, then ENV's own stages from the face on.
 
-use super::Unit;
-use super::block::{NO_FLAGS, Needs, Ports, Results, State};
+use core::hash::{Hash as _, Hasher};
+
+use super::block::{Block, NO_FLAGS, Needs, Results, State};
+use super::operation::{Memory, Operation};
+use super::{HitBlock, Unit};
 use crate::cone::{Cone, Dither, Dyadic};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::distance::DistanceMemory;
 use crate::fx::Flags;
 use crate::policy::HitStatus;
-use crate::port;
 use crate::regs::{Event, Reg};
-use crate::stages::filter::Corner;
 use crate::stages::hit::{self, footprint};
 use crate::stages::{Lanes, Sink, bits, cube_face, fits, ray_cone, store, take};
 use crate::tap::Tap;
-use crate::texture::Texture;
 
 /// One ray as binary64 words.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,50 +26,44 @@ pub struct HitWords {
     pub cone: Option<[u64; 2]>,
 }
 
-/// Up to `N` rays behind their ports.
+/// Rays and their searches, one a lane.
 #[derive(Clone, Debug)]
-pub struct HitPorts<const N: usize> {
-    /// Lanes in use.
-    pub len: usize,
-    x: Lanes<N, 3>,
-    direction: Lanes<N, 3>,
-    direction_frac: [i64; N],
+pub struct HitFront<const N: usize> {
+    words: [HitWords; N],
     cone: [Option<(Cone, Dither)>; N],
-    flags: [Flags; N],
+    /// The search's results.
+    pub hit: hit::Out<N>,
+    /// Flags behind the search.
+    searched: [Flags; N],
 }
 
-impl<const N: usize> Default for HitPorts<N> {
+impl<const N: usize> Default for HitFront<N> {
     fn default() -> Self {
         Self {
-            len: 0,
-            x: [[0; N]; 3],
-            direction: [[0; N]; 3],
-            direction_frac: [0; N],
+            words: [HitWords::default(); N],
             cone: [None; N],
-            flags: [NO_FLAGS; N],
+            hit: hit::Out::default(),
+            searched: [NO_FLAGS; N],
         }
     }
 }
 
-/// What the stages have written; kept from block to block.
-#[derive(Clone, Debug, Default)]
-pub struct HitState<const N: usize> {
-    /// The search's results.
-    pub hit: hit::Out<N>,
-    /// The stages behind it.
-    pub env: State<N>,
-}
+impl<const N: usize> HitFront<N> {
+    /// Whether the ray in a lane has a cone; a ray without one ends after the search.
+    #[must_use]
+    pub fn has_cone(&self, lane: usize) -> bool {
+        self.words.get(lane).is_some_and(|words| words.cone.is_some())
+    }
 
-/// Results of up to `N` rays.
-#[derive(Clone, Debug)]
-pub struct HitResults<const N: usize> {
-    /// What ENV made of the footprint; flags of the whole operation.
-    pub env: Results<N>,
-}
+    fn any_cone(&self, len: usize) -> bool {
+        (0..len).any(|lane| self.has_cone(lane))
+    }
 
-impl<const N: usize> Default for HitResults<N> {
-    fn default() -> Self {
-        Self { env: Results::default() }
+    /// Powers of two of the directions that ENV looks up.
+    #[inline(always)]
+    fn exponents(&self, scale: i64) -> [i64; N] {
+        let escaped = |status| matches!(status, HitStatus::Escaped);
+        self.hit.status.map(|status| if escaped(status) { 0 } else { scale })
     }
 }
 
@@ -102,161 +96,74 @@ impl HitUnit {
         })
     }
 
-    /// Whether every register rounds half-even and saturates.
-    #[must_use]
-    pub fn is_standard(&self) -> bool {
-        self.unit.is_standard()
-    }
-
-    /// Passes one ray through the ports into lane `ports.len`, which must be below `N`.
+    /// The ports of a ray: x and its direction; the cone goes to its registers.
     #[inline(always)]
-    pub fn load<const N: usize, T: Tap>(
+    fn ports<const N: usize, T: Tap>(
         &self,
-        ports: &mut HitPorts<N>,
-        memory: &DistanceMemory,
-        words: &HitWords,
-        tap: &mut T,
+        front: &mut HitFront<N>,
+        (x, direction): (&mut Lanes<N, 3>, &mut Lanes<N, 3>),
+        scale: i64,
+        mut sink: Sink<'_, T>,
     ) {
-        let lane = ports.len;
-        if lane >= N {
-            return;
-        }
-        ports.len += 1;
-        let mut flags = NO_FLAGS;
+        let lane = sink.lane;
+        let words = front.words[lane];
         let mut all_finite = true;
-        let scale = memory.scale;
         for (c, word) in words.x.into_iter().enumerate() {
-            let (code, over, finite) = port::scalar(T::STANDARD, &self.hit.x, word, scale);
-            flags.register(Reg::HitX, over);
-            all_finite &= finite;
-            ports.x[c][lane] = code;
-            let frac = i64::from(self.hit.x.format.frac) - scale;
-            tap.put(lane, Reg::HitX, c, code, frac);
+            x[c][lane] = sink.scalar_port(&self.hit.x, Reg::HitX, c, word, scale, &mut all_finite);
         }
-        let (r, finite) = port::vector(T::STANDARD, &self.hit.direction, words.r);
-        all_finite &= finite;
-        for (c, m) in r.m.into_iter().enumerate() {
-            tap.put(lane, Reg::HitDirection, c, m, r.frac);
-        }
-        store(&mut ports.direction, lane, r.m);
-        // Only the direction counts: mantissas with their largest in [1, 2).
-        ports.direction_frac[lane] = i64::from(self.hit.direction.format.magnitude_bits()) - 1;
-        ports.cone[lane] = words.cone.map(|cone| {
+        let r = sink.vector_port(&self.hit.direction, Reg::HitDirection, words.r, &mut all_finite);
+        store(direction, lane, r.m);
+        front.cone[lane] = words.cone.map(|cone| {
             // A stochastic store looks at the ray alone: the same bits in every lane and on every thread.
             let ray = words.x.into_iter().chain(words.r).chain(cone);
             let mut dither = self
                 .cone
                 .dither(ray.fold(0, |sum, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
             all_finite &= cone.iter().all(|word| Dyadic::binary64(*word).1);
-            let cone = self.cone.load(cone, &mut dither, &mut flags);
+            let cone = self.cone.load(cone, &mut dither, sink.flags);
             (cone, dither)
         });
-        flags.event(Event::HitNotFinite, !all_finite);
-        ports.flags[lane] = flags;
+        sink.flags.event(Event::HitNotFinite, !all_finite);
     }
 
-    /// The whole operation. A lane without a cone ends after the search.
+    /// The ports and the search.
     #[inline(always)]
-    pub fn run<const N: usize, T: Tap>(
+    fn search<const N: usize, T: Tap>(
         &self,
-        ports: &HitPorts<N>,
+        front: &mut HitFront<N>,
         memory: &DistanceMemory,
-        texture: Option<&Texture>,
-        state: &mut HitState<N>,
-        out: &mut HitResults<N>,
+        env: &mut State<N>,
         tap: &mut T,
     ) {
-        self.run_from(0, ports, memory, texture, state, out, tap);
-    }
-
-    /// [`HitUnit::run`] from step `first` on, over a state in which the steps before it have run.
-    #[expect(clippy::too_many_arguments, reason = "what `run` takes, and where to begin")]
-    #[inline(always)]
-    pub fn run_from<const N: usize, T: Tap>(
-        &self,
-        first: usize,
-        ports: &HitPorts<N>,
-        memory: &DistanceMemory,
-        texture: Option<&Texture>,
-        state: &mut HitState<N>,
-        out: &mut HitResults<N>,
-        tap: &mut T,
-    ) {
-        let len = ports.len.min(N);
-        let (env, hit) = (&mut state.env, &mut state.hit);
-        let roms = &self.unit.roms;
-        env.step(0, first, |env| {
-            env.flags.copy_from_slice(&ports.flags);
-            let input = hit::In {
-                x: &ports.x,
-                direction: &ports.direction,
-                direction_frac: &ports.direction_frac,
-            };
-            hit::hit(&self.hit, roms, memory, input, hit, &mut env.flags[..len], tap);
-        });
-        let searched = *env.flags_behind(0).unwrap_or(&env.flags);
-        out.env.flags = searched;
-        if ports.cone.iter().take(len).all(Option::is_none) {
-            return;
-        }
-        let mut exp = [0; N];
-        for (lane, exp) in exp.iter_mut().enumerate().take(len) {
-            let escaped = hit.status[lane] == HitStatus::Escaped;
-            *exp = if escaped { 0 } else { memory.scale };
-        }
-        env.step(1, first, |env| {
-            let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
-            let flags = &mut env.flags[..len];
-            cube_face::cube_face(&self.unit.face, roms, input, &mut env.face, flags, tap);
-        });
-        env.step(2, first, |env| {
-            self.footprints_at_hits(ports, memory, hit, &exp, env, tap);
-        });
-        let lanes = Ports::<N> { len, ..Ports::default() };
-        let unit = &self.unit;
-        env.step(3, first, |env| unit.covariance(&lanes, env, tap));
-        env.step(4, first, |env| unit.eigen(&lanes, env, tap));
-        env.step(5, first, |env| unit.footprint(&lanes, env, tap));
-        unit.finish(env, len, texture, &mut out.env, tap);
-        // Lanes without a cone ran along for nothing.
+        let len = env.len.min(N);
+        let (mut x, mut direction) = ([[0; N]; 3], [[0; N]; 3]);
+        env.flags = [NO_FLAGS; N];
         for lane in 0..len {
-            if ports.cone[lane].is_none() {
-                out.env.flags[lane] = searched[lane];
-                out.env.color[lane] = [0; 3];
-                out.env.probes[lane] = 0;
-                out.env.texels[lane] = 0;
-            }
+            let sink = Sink { lane, flags: &mut env.flags[lane], tap: &mut *tap };
+            self.ports(front, (&mut x, &mut direction), memory.scale, sink);
         }
-    }
-
-    /// The first texel of each bilinear footprint of a lane.
-    #[inline(always)]
-    pub fn footprints<const N: usize>(
-        &self,
-        state: &HitState<N>,
-        lane: usize,
-        texture: &Texture,
-        each: &mut dyn FnMut(Corner),
-    ) {
-        self.unit.footprints(&state.env, lane, texture, each);
+        // Only the direction counts: mantissas with their largest in [1, 2).
+        let frac = i64::from(self.hit.direction.format.magnitude_bits()) - 1;
+        let input = hit::In { x: &x, direction: &direction, direction_frac: &[frac; N] };
+        let (roms, flags) = (&self.unit.roms, &mut env.flags[..len]);
+        hit::hit(&self.hit, roms, memory, input, &mut front.hit, flags, tap);
+        front.searched = env.flags;
     }
 
     /// D of each lane's cone at its hit.
     #[inline(always)]
     fn footprints_at_hits<const N: usize, T: Tap>(
         &self,
-        ports: &HitPorts<N>,
+        front: &HitFront<N>,
         memory: &DistanceMemory,
-        hit: &hit::Out<N>,
-        exp: &[i64; N],
         env: &mut State<N>,
         tap: &mut T,
     ) {
-        let roms = &self.unit.roms;
-        for lane in 0..ports.len.min(N) {
+        let (roms, hit, exp) = (&self.unit.roms, &front.hit, front.exponents(memory.scale));
+        for lane in 0..env.len.min(N) {
             let escaped = hit.status[lane] == HitStatus::Escaped;
             let flags = &mut env.flags[lane];
-            let width = ports.cone[lane].map_or(Dyadic::ZERO, |(cone, mut dither)| {
+            let width = front.cone[lane].map_or(Dyadic::ZERO, |(cone, mut dither)| {
                 if escaped {
                     return self.cone.angle(cone.angle);
                 }
@@ -284,6 +191,95 @@ impl HitUnit {
             let d =
                 footprint::footprint(&self.footprint, &self.hit, roms, memory, &input, &mut sink);
             store(&mut env.d.d, lane, d);
+        }
+    }
+}
+
+impl Operation for HitUnit {
+    type Words = HitWords;
+    type Front<const N: usize> = HitFront<N>;
+
+    /// The search with its ports, the face, the footprint at the hit, and ENV's last three.
+    const STEPS: usize = 6;
+
+    fn unit(&self) -> &Unit {
+        &self.unit
+    }
+
+    #[inline(always)]
+    fn put<const N: usize>(&self, words: &HitWords, front: &mut HitFront<N>, lane: usize) {
+        front.words[lane] = *words;
+    }
+
+    #[inline(always)]
+    fn steps<const N: usize, T: Tap>(
+        &self,
+        first: usize,
+        memory: &Memory,
+        blocks: &mut [HitBlock<N>],
+        tap: &mut T,
+    ) {
+        let (unit, memory) = (&self.unit, &memory.distances);
+        for Block { front, env } in blocks.iter_mut() {
+            env.step(0, first, |env| self.search(front, memory, env, tap));
+        }
+        macro_rules! each {
+            ($($number:literal |$front:ident, $env:ident| $run:expr;)+) => { $(
+                for Block { front: $front, env } in blocks.iter_mut() {
+                    if $front.any_cone(env.len) {
+                        env.step($number, first, |$env| $run);
+                    }
+                }
+            )+ };
+        }
+        each! {
+            1 |front, env| {
+                let (hit, exp) = (&front.hit, front.exponents(memory.scale));
+                let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
+                let flags = &mut env.flags[..env.len];
+                cube_face::cube_face(&unit.face, &unit.roms, input, &mut env.face, flags, tap);
+            };
+            2 |front, env| self.footprints_at_hits(front, memory, env, tap);
+            3 |front, env| unit.covariance(env, tap);
+            4 |front, env| unit.eigen(env, tap);
+            5 |front, env| unit.footprint(env, tap);
+        }
+    }
+
+    #[inline(always)]
+    fn finish<const N: usize, T: Tap>(
+        &self,
+        block: &HitBlock<N>,
+        memory: &Memory,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        let Block { front, env } = block;
+        if front.any_cone(env.len) {
+            self.unit.finish(env, memory.texture.as_ref(), out, tap);
+        }
+        // Lanes without a cone ran along for nothing.
+        for lane in (0..env.len.min(N)).filter(|lane| !front.has_cone(*lane)) {
+            out.flags[lane] = front.searched[lane];
+            out.color[lane] = [0; 3];
+            out.probes[lane] = 0;
+            out.texels[lane] = 0;
+        }
+    }
+
+    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
+        let roms = &self.unit.roms;
+        match number {
+            0 => {
+                (&self.hit, &self.cone).hash(hasher);
+                (roms.recip.spec, roms.rsqrt.spec, roms.sqrt.spec).hash(hasher);
+            }
+            1 => self.unit.hash_step(4, hasher),
+            2 => {
+                (&self.footprint, &self.hit, &self.cone).hash(hasher);
+                (roms.recip.spec, roms.rsqrt.spec).hash(hasher);
+            }
+            _ => self.unit.hash_step(number + 5, hasher),
         }
     }
 }

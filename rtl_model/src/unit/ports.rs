@@ -10,15 +10,14 @@ use crate::stages::Lanes;
 use crate::tap::Tap;
 
 impl Unit {
-    /// Puts one fragment into lane `ports.len`, which must be below `N`. Nothing is written yet:
-    /// [`Unit::ports`] does that.
+    /// Puts the words of one fragment into a lane.
     #[inline(always)]
-    pub fn load<const N: usize>(&self, ports: &mut Ports<N>, words: &Words) {
-        let lane = ports.len;
-        if lane >= N {
-            return;
-        }
-        ports.len += 1;
+    pub(super) fn put_words<const N: usize>(
+        &self,
+        words: &Words,
+        ports: &mut Ports<N>,
+        lane: usize,
+    ) {
         let put = |to: &mut [[u64; N]], from: &[u64]| {
             for (to, from) in to.iter_mut().zip(from) {
                 to[lane] = *from;
@@ -50,7 +49,7 @@ impl Unit {
         state.flags = [NO_FLAGS; N];
         let input = &mut state.input;
         let mut finite = [true; N];
-        let flags = &mut state.flags[..ports.len];
+        let flags = &mut state.flags[..state.len];
         let mut sink = LaneSink::<N, T>::new(flags, tap);
         let (n_port, n_reg) = match &self.frame {
             Some(frame) => (&frame.n, Reg::FrameN),

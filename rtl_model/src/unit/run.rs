@@ -1,9 +1,7 @@
 //! Running a unit: each stage over a block, and all of them.
 
-use core::slice::{from_mut, from_ref};
-
 use super::Unit;
-use super::block::{NO_FLAGS, Ports, Results, State};
+use super::block::{NO_FLAGS, Results, State};
 use crate::stages::filter::Corner;
 use crate::stages::jacobian::normal;
 use crate::stages::{
@@ -14,37 +12,9 @@ use crate::tap::{NoTapStandard, Tap};
 use crate::texture::Texture;
 
 impl Unit {
-    /// The ports and the stages from the local frame to the footprint.
-    #[inline(always)]
-    pub fn front<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
-        self.fronts(from_ref(ports), from_mut(state), tap);
-    }
-
-    /// [`Unit::front`] of several blocks, each stage for all of them before the next: a stage's code is
-    /// fetched once for all. A tap that listens cannot tell the blocks apart.
-    #[inline(always)]
-    pub fn fronts<const N: usize, T: Tap>(
-        &self,
-        ports: &[Ports<N>],
-        states: &mut [State<N>],
-        tap: &mut T,
-    ) {
-        self.fronts_from(0, ports, states, tap);
-    }
-
     /// `local_frame`, if the scene needs it.
     #[inline(always)]
-    pub fn local_frame<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn local_frame<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let Some(cfg) = &self.frame else { return };
         let input = local_frame::In {
             n: &state.input.n,
@@ -57,19 +27,14 @@ impl Unit {
             &self.roms,
             input,
             &mut state.frame,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// `bump`, if the scene needs it.
     #[inline(always)]
-    pub fn bump<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn bump<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let Some(cfg) = &self.bump else { return };
         let input = bump::In {
             n: &state.input.n,
@@ -78,17 +43,12 @@ impl Unit {
             e2: &state.frame.e2,
             b: &state.input.b,
         };
-        bump::bump(cfg, input, &mut state.bumped, &mut state.flags[..ports.len], tap);
+        bump::bump(cfg, input, &mut state.bumped, &mut state.flags[..state.len], tap);
     }
 
     /// `reflect`.
     #[inline(always)]
-    pub fn reflect<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn reflect<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         // Without a bump but with a frame the port's format is the frame's: normalise once more.
         let n_mod_frac = match (&self.bump, &self.frame) {
             (Some(_), _) => Some(self.bump_frac),
@@ -106,21 +66,16 @@ impl Unit {
             &self.reflect,
             input,
             &mut state.reflected,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// `cube_face`.
     #[inline(always)]
-    pub fn cube_face<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn cube_face<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let mut exp = [0; N];
-        for (lane, e) in exp.iter_mut().enumerate().take(ports.len) {
+        for (lane, e) in exp.iter_mut().enumerate().take(state.len) {
             *e = state.input.v_exp[lane]
                 + 2 * (state.input.n_exp[lane] + state.reflected.n_lift[lane]);
         }
@@ -134,19 +89,14 @@ impl Unit {
             &self.roms,
             input,
             &mut state.face,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// The first step of `jacobian`: the derivative of the modified normal.
     #[inline(always)]
-    pub fn normal<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn normal<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let input = normal::In {
             dn: &state.input.dn,
             n_exp: &state.input.n_exp,
@@ -164,19 +114,14 @@ impl Unit {
             &self.roms,
             input,
             &mut state.dn_mod,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// `jacobian`, from the derivative of the modified normal on.
     #[inline(always)]
-    pub fn jacobian<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn jacobian<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let input = jacobian::In {
             v: &state.input.v,
             v_exp: &state.input.v_exp,
@@ -186,17 +131,12 @@ impl Unit {
             reflect: &state.reflected,
             face: &state.face,
         };
-        jacobian::jacobian(&self.jacobian, input, &mut state.d, &mut state.flags[..ports.len], tap);
+        jacobian::jacobian(&self.jacobian, input, &mut state.d, &mut state.flags[..state.len], tap);
     }
 
     /// `roughness`, if the scene needs it.
     #[inline(always)]
-    pub fn roughness<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn roughness<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let Some(cfg) = &self.roughness else { return };
         let input = roughness::In {
             v: &state.input.v,
@@ -208,17 +148,12 @@ impl Unit {
             reflect: &state.reflected,
             face: &state.face,
         };
-        roughness::roughness(cfg, input, &mut state.b, &mut state.flags[..ports.len], tap);
+        roughness::roughness(cfg, input, &mut state.b, &mut state.flags[..state.len], tap);
     }
 
     /// `covariance`.
     #[inline(always)]
-    pub fn covariance<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn covariance<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let input = covariance::In {
             d: &state.d.d,
             b: self.roughness.as_ref().map(|_| &state.b.b),
@@ -228,45 +163,35 @@ impl Unit {
             &self.covariance,
             input,
             &mut state.k,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// `eigen`.
     #[inline(always)]
-    pub fn eigen<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn eigen<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let input = eigen::In { covariance: &state.k };
         eigen::eigen(
             &self.eigen,
             &self.roms,
             input,
             &mut state.axes,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
 
     /// `footprint`.
     #[inline(always)]
-    pub fn footprint<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
+    pub fn footprint<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
         let input = footprint::In { eigen: &state.axes };
         footprint::footprint(
             &self.footprint,
             &self.roms,
             input,
             &mut state.line,
-            &mut state.flags[..ports.len],
+            &mut state.flags[..state.len],
             tap,
         );
     }
@@ -287,17 +212,16 @@ impl Unit {
         }
     }
 
-    /// `address` and `filter` for `len` lanes.
+    /// `address` and `filter`.
     #[inline(always)]
     pub fn back<const N: usize, T: Tap>(
         &self,
         state: &State<N>,
-        len: usize,
         texture: &Texture,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        for lane in 0..len.min(N) {
+        for lane in 0..state.len.min(N) {
             let request = self.request(state, lane);
             out.flags[lane] = state.flags[lane];
             let mut sink = Sink { lane, flags: &mut out.flags[lane], tap: &mut *tap };
@@ -317,7 +241,7 @@ impl Unit {
 
     /// The first texel of each bilinear footprint of a lane.
     #[inline(always)]
-    pub fn footprints<const N: usize>(
+    pub fn touched_corners<const N: usize>(
         &self,
         state: &State<N>,
         lane: usize,
@@ -333,10 +257,10 @@ impl Unit {
 
     /// The addresses alone: what a texel cache would see, and the floor of a speed comparison.
     #[inline(always)]
-    pub fn touch<const N: usize>(&self, state: &State<N>, len: usize, texture: &Texture) -> u64 {
+    pub fn touch<const N: usize>(&self, state: &State<N>, texture: &Texture) -> u64 {
         let mut sum = 0;
         let mut flags = NO_FLAGS;
-        for lane in 0..len.min(N) {
+        for lane in 0..state.len.min(N) {
             let request = self.request(state, lane);
             let mut sink = Sink { lane, flags: &mut flags, tap: &mut NoTapStandard };
             sum += filter::touch(
@@ -351,44 +275,21 @@ impl Unit {
         sum
     }
 
-    /// The whole operation; without a texture everything but the colour.
-    #[inline(always)]
-    pub fn env<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        texture: Option<&Texture>,
-        state: &mut State<N>,
-        out: &mut Results<N>,
-        tap: &mut T,
-    ) {
-        self.front(ports, state, tap);
-        self.finish(state, ports.len, texture, out, tap);
-    }
-
-    /// What follows [`Unit::front`]: the filter of `len` lanes, or without a texture their probe counts
-    /// and flags.
+    /// What follows the steps: the filter, or without a texture the probe counts and flags.
     #[inline(always)]
     pub fn finish<const N: usize, T: Tap>(
         &self,
         state: &State<N>,
-        len: usize,
         texture: Option<&Texture>,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
         match texture {
-            Some(texture) => self.back(state, len, texture, out, tap),
+            Some(texture) => self.back(state, texture, out, tap),
             None => {
                 out.probes = state.line.count;
                 out.flags = state.flags;
             }
         }
-    }
-
-    /// Whether every register rounds half-even and saturates, so that the unit may run with a tap
-    /// whose `STANDARD` is true.
-    #[must_use]
-    pub fn is_standard(&self) -> bool {
-        self.standard
     }
 }

@@ -1,17 +1,16 @@
 //! The TEX operation: a cone's footprint on a 2-D texture, then the back end that ENV has.
 
-use super::Unit;
-use super::block::{NO_FLAGS, Needs, Ports, Results, State};
-use crate::cone::Cone;
+use core::hash::{Hash as _, Hasher};
+
+use super::block::{Block, NO_FLAGS, Needs, Results, State};
+use super::operation::{Memory, Operation};
+use super::{TexBlock, Unit};
+use crate::cone::{Cone, Width};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Block, Quantizer};
-use crate::port;
 use crate::regs::{Event, Reg};
-use crate::stages::filter::Corner;
 use crate::stages::footprint::planar_unit;
 use crate::stages::{Sink, ray_cone, store, surface_footprint};
 use crate::tap::Tap;
-use crate::texture::Texture;
 
 /// How texture coordinates change along a surface, as binary64 words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,24 +41,43 @@ pub struct TexWords {
     pub st: [u64; 2],
 }
 
-/// What the stages have written for a block of lanes; kept from block to block.
+impl Default for TexWords {
+    fn default() -> Self {
+        Self {
+            cone: Cone::default(),
+            d: [0; 3],
+            n: [0; 3],
+            tangents: Tangents::Surface([[0; 3]; 2]),
+            st: [0; 2],
+        }
+    }
+}
+
+/// Requests and what `surface_footprint` makes of them, one a lane.
 #[derive(Clone, Debug)]
-pub struct TexState<const N: usize> {
+pub struct TexFront<const N: usize> {
+    words: [TexWords; N],
     /// `surface_footprint`.
     pub surface: [surface_footprint::Out; N],
     /// Codes of s and t.
     pub st: [[i64; 2]; N],
-    /// The stages behind it.
-    pub env: State<N>,
 }
 
-impl<const N: usize> Default for TexState<N> {
+impl<const N: usize> Default for TexFront<N> {
     fn default() -> Self {
         Self {
+            words: [TexWords::default(); N],
             surface: [surface_footprint::Out::default(); N],
             st: [[0; 2]; N],
-            env: State::default(),
         }
+    }
+}
+
+impl<const N: usize> TexFront<N> {
+    /// Width of the cone in a lane.
+    #[must_use]
+    pub fn width(&self, lane: usize) -> Width {
+        self.words[lane].cone.width
     }
 }
 
@@ -109,65 +127,20 @@ impl TexUnit {
         })
     }
 
-    /// Whether every register rounds half-even and saturates.
-    #[must_use]
-    pub fn is_standard(&self) -> bool {
-        self.unit.is_standard()
-    }
-
-    /// Up to `N` requests, from the ports to the colour; without a texture everything but the colour.
-    #[inline(always)]
-    pub fn run<const N: usize, T: Tap>(
-        &self,
-        requests: &[TexWords],
-        texture: Option<&Texture>,
-        state: &mut TexState<N>,
-        out: &mut Results<N>,
-        tap: &mut T,
-    ) {
-        self.run_from(0, requests, texture, state, out, tap);
-    }
-
-    /// [`TexUnit::run`] from step `first` on, over a state in which the steps before it have run.
-    #[inline(always)]
-    pub fn run_from<const N: usize, T: Tap>(
-        &self,
-        first: usize,
-        requests: &[TexWords],
-        texture: Option<&Texture>,
-        state: &mut TexState<N>,
-        out: &mut Results<N>,
-        tap: &mut T,
-    ) {
-        let tap = &mut InTexels { tap, unit: self.texels };
-        let len = requests.len().min(N);
-        let TexState { surface, st, env } = state;
-        env.step(0, first, |env| {
-            self.surfaces(&requests[..len], surface, st, env, tap);
-        });
-        let lanes = Ports::<N> { len, ..Ports::default() };
-        let unit = &self.unit;
-        env.step(1, first, |env| unit.covariance(&lanes, env, tap));
-        env.step(2, first, |env| unit.eigen(&lanes, env, tap));
-        env.step(3, first, |env| unit.footprint(&lanes, env, tap));
-        unit.finish(env, len, texture, out, tap);
-    }
-
     /// `surface_footprint` of each request, lane by lane.
     #[inline(always)]
     fn surfaces<const N: usize, T: Tap>(
         &self,
-        requests: &[TexWords],
-        surface: &mut [surface_footprint::Out; N],
-        st: &mut [[i64; 2]; N],
+        front: &mut TexFront<N>,
         env: &mut State<N>,
         tap: &mut T,
     ) {
-        for (lane, words) in requests.iter().enumerate() {
+        let TexFront { words, surface, st } = front;
+        for lane in 0..env.len.min(N) {
             let mut flags = NO_FLAGS;
             let mut finite = true;
             let mut sink = Sink { lane, flags: &mut flags, tap: &mut *tap };
-            let input = self.load(words, &mut st[lane], &mut finite, &mut sink);
+            let input = self.ports(&words[lane], &mut st[lane], &mut finite, &mut sink);
             sink.flags.event(Event::SurfNotFinite, !finite);
             let found = surface_footprint::surface_footprint(
                 &self.surface,
@@ -186,20 +159,9 @@ impl TexUnit {
         }
     }
 
-    /// The first texel of each bilinear footprint of a lane: what a cache of tiles sees.
+    /// The ports of a request.
     #[inline(always)]
-    pub fn footprints<const N: usize>(
-        &self,
-        state: &TexState<N>,
-        lane: usize,
-        texture: &Texture,
-        each: &mut dyn FnMut(Corner),
-    ) {
-        self.unit.footprints(&state.env, lane, texture, each);
-    }
-
-    #[inline(always)]
-    fn load<T: Tap>(
+    fn ports<T: Tap>(
         &self,
         words: &TexWords,
         st: &mut [i64; 2],
@@ -207,21 +169,21 @@ impl TexUnit {
         sink: &mut Sink<'_, T>,
     ) -> surface_footprint::In {
         let cfg = &self.surface;
-        let direction = vector(&cfg.direction, Reg::SurfDirection, words.d, finite, sink);
-        let normal = vector(&cfg.normal, Reg::SurfNormal, words.n, finite, sink);
+        let direction = sink.vector_port(&cfg.direction, Reg::SurfDirection, words.d, finite);
+        let normal = sink.vector_port(&cfg.normal, Reg::SurfNormal, words.n, finite);
         let regs = [Reg::SurfDpDs, Reg::SurfDpDt];
         let mut pair = |v: [[u64; 3]; 2], finite: &mut bool| {
-            [0, 1].map(|i| vector(&cfg.tangents[i], regs[i], v[i], finite, sink))
+            [0, 1].map(|i| sink.vector_port(&cfg.tangents[i], regs[i], v[i], finite))
         };
         let (tangents, edge) = match words.tangents {
             Tangents::Surface(v) => (pair(v, finite), None),
             Tangents::Triangle { edges, st } => {
                 let tangents = pair(edges, finite);
-                (tangents, Some(vector(&cfg.edge, Reg::SurfEdge, st, finite, sink)))
+                (tangents, Some(sink.vector_port(&cfg.edge, Reg::SurfEdge, st, finite)))
             }
         };
         for (i, reg) in [Reg::SurfS, Reg::SurfT].into_iter().enumerate() {
-            st[i] = scalar(&cfg.st[i], (reg, 0), words.st[i], finite, sink);
+            st[i] = sink.scalar_port(&cfg.st[i], reg, 0, words.st[i], 0, finite);
         }
         surface_footprint::In {
             direction,
@@ -233,37 +195,69 @@ impl TexUnit {
     }
 }
 
-/// A port of a vector.
-#[inline(always)]
-fn vector<const C: usize, T: Tap>(
-    q: &Quantizer,
-    reg: Reg,
-    words: [u64; C],
-    finite: &mut bool,
-    sink: &mut Sink<'_, T>,
-) -> Block<C> {
-    let (block, all_finite) = port::vector(T::STANDARD, q, words);
-    *finite &= all_finite;
-    for (c, m) in block.m.iter().enumerate() {
-        sink.tap.put(sink.lane, reg, c, *m, block.frac);
-    }
-    block
-}
+impl Operation for TexUnit {
+    type Words = TexWords;
+    type Front<const N: usize> = TexFront<N>;
 
-/// A port of a number.
-#[inline(always)]
-fn scalar<T: Tap>(
-    q: &Quantizer,
-    (reg, c): (Reg, usize),
-    word: u64,
-    finite: &mut bool,
-    sink: &mut Sink<'_, T>,
-) -> i64 {
-    let (code, over, is_finite) = port::scalar(T::STANDARD, q, word, 0);
-    *finite &= is_finite;
-    sink.flags.register(reg, over);
-    sink.tap.put(sink.lane, reg, c, code, i64::from(q.format.frac));
-    code
+    /// `surface_footprint` with its ports, and ENV's last three.
+    const STEPS: usize = 4;
+
+    fn unit(&self) -> &Unit {
+        &self.unit
+    }
+
+    #[inline(always)]
+    fn put<const N: usize>(&self, words: &TexWords, front: &mut TexFront<N>, lane: usize) {
+        front.words[lane] = *words;
+    }
+
+    #[inline(always)]
+    fn steps<const N: usize, T: Tap>(
+        &self,
+        first: usize,
+        _: &Memory,
+        blocks: &mut [TexBlock<N>],
+        tap: &mut T,
+    ) {
+        let (unit, tap) = (&self.unit, &mut InTexels { tap, unit: self.texels });
+        macro_rules! each {
+            ($($number:literal |$front:ident, $env:ident| $run:expr;)+) => { $(
+                for Block { front: $front, env } in blocks.iter_mut() {
+                    env.step($number, first, |$env| $run);
+                }
+            )+ };
+        }
+        each! {
+            0 |front, env| self.surfaces(front, env, tap);
+            1 |_front, env| unit.covariance(env, tap);
+            2 |_front, env| unit.eigen(env, tap);
+            3 |_front, env| unit.footprint(env, tap);
+        }
+    }
+
+    #[inline(always)]
+    fn finish<const N: usize, T: Tap>(
+        &self,
+        block: &TexBlock<N>,
+        memory: &Memory,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        let tap = &mut InTexels { tap, unit: self.texels };
+        self.unit.finish(&block.env, memory.texture.as_ref(), out, tap);
+    }
+
+    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
+        let roms = &self.unit.roms;
+        match number {
+            0 => {
+                (&self.surface, &self.cone, self.texels).hash(hasher);
+                self.unit.address.hash(hasher);
+                (roms.recip.spec, roms.rsqrt.spec).hash(hasher);
+            }
+            _ => self.unit.hash_step(number + 7, hasher),
+        }
+    }
 }
 
 /// What a unit for textures needs of ENV's front: nothing.

@@ -6,7 +6,7 @@
 use core::array::from_mut;
 
 use super::Unit;
-use super::block::{NO_FLAGS, Ports, Results, State};
+use super::block::{NO_FLAGS, Ports, Results, State, Words};
 use crate::config::Config;
 use crate::fx::{Flags, Format};
 use crate::policy::Axis;
@@ -285,17 +285,20 @@ impl Unit {
         }
     }
 
-    /// Every stage up to `before`, or all, for the fragment in `ports`; the flags of all that ran.
+    /// Every stage up to `before`, or all, for one fragment; the flags of all that ran.
     pub fn one<T: Tap>(
         &self,
-        ports: &Ports<1>,
+        words: &Words,
         before: Option<Alone>,
         texture: Option<&Texture>,
         state: &mut State<1>,
         out: &mut Results<1>,
         tap: &mut T,
     ) -> Flags {
-        self.ports(ports, state, tap);
+        let mut ports = Ports::default();
+        self.put_words(words, &mut ports, 0);
+        state.len = 1;
+        self.ports(&ports, state, tap);
         let mut flags = state.flags();
         for stage in Alone::ALL {
             if Some(stage) == before {
@@ -318,23 +321,22 @@ impl Unit {
         out: &mut Results<1>,
         tap: &mut T,
     ) -> Flags {
-        state.flags = [NO_FLAGS];
-        let ports = Ports { len: 1, ..Ports::default() };
+        (state.len, state.flags) = (1, [NO_FLAGS]);
         match stage {
-            Alone::LocalFrame => self.local_frame(&ports, state, tap),
-            Alone::Bump => self.bump(&ports, state, tap),
-            Alone::Reflect => self.reflect(&ports, state, tap),
-            Alone::CubeFace => self.cube_face(&ports, state, tap),
+            Alone::LocalFrame => self.local_frame(state, tap),
+            Alone::Bump => self.bump(state, tap),
+            Alone::Reflect => self.reflect(state, tap),
+            Alone::CubeFace => self.cube_face(state, tap),
             Alone::Jacobian => {
-                self.normal(&ports, state, tap);
-                self.jacobian(&ports, state, tap);
+                self.normal(state, tap);
+                self.jacobian(state, tap);
             }
-            Alone::Roughness => self.roughness(&ports, state, tap),
-            Alone::Covariance => self.covariance(&ports, state, tap),
-            Alone::Eigen => self.eigen(&ports, state, tap),
-            Alone::Footprint => self.footprint(&ports, state, tap),
+            Alone::Roughness => self.roughness(state, tap),
+            Alone::Covariance => self.covariance(state, tap),
+            Alone::Eigen => self.eigen(state, tap),
+            Alone::Footprint => self.footprint(state, tap),
             Alone::Back => {
-                self.finish(state, 1, texture, out, tap);
+                self.finish(state, texture, out, tap);
                 return out.flags[0];
             }
         }

@@ -85,27 +85,30 @@ impl<'a> Rtl<'a> {
                 empty.insert(HitRtl::new(self.spec, distance, map.as_ref(), *face_size)?)
             }
         };
-        let (state, results) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut self.probe);
-        let found = engine.result(&state, &results, 0, ray.cone.is_some());
+        let words = crate::engine::hit::words(ray);
+        let (block, results) = engine.lanes::<1, _>(&[words], &mut self.probe);
+        let found = engine.result(&block, &results, 0);
         let number = |raw: i64, reg: Reg, scale: i64| {
             Number::Code(Code { raw, frac: i64::from(engine.config.format(reg).frac) - scale })
         };
-        let (escaped, scale) = (found.status == HitStatus::Escaped, engine.memory.scale);
+        let hit = &block.front.hit;
+        let scale = engine.memory.distances.scale;
+        let escaped = found.status == HitStatus::Escaped;
         let (l, l_scale) = if escaped { (Reg::HitR, 0) } else { (Reg::HitL, scale) };
         let search = Search {
             d: if escaped {
                 Number::Float(f64::INFINITY)
             } else {
-                number(state.hit.d[0], Reg::HitD, scale)
+                number(hit.d[0], Reg::HitD, scale)
             },
-            l: state.hit.l.map(|[raw]| number(raw, l, l_scale)),
+            l: hit.l.map(|[raw]| number(raw, l, l_scale)),
             iterations: found.iterations,
             status: found.status,
-            ratio: state.hit.ratio[0].map(|raw| number(raw, Reg::HitRatio, 0)),
+            ratio: hit.ratio[0].map(|raw| number(raw, Reg::HitRatio, 0)),
         };
         Ok(Record {
             search: Some(search),
-            place: ray.cone.map(|_| Place::Face(state.env.face.face[0])),
+            place: ray.cone.map(|_| Place::Face(block.env.face.face[0])),
             probes: found.probes,
             ..Record::new(Registers::Rtl(&self.probe), found.flags)
         })
@@ -124,7 +127,8 @@ impl<'a> Rtl<'a> {
         let mut loaded = Flags::default();
         let cone = cfg.load(cone.map(f64::to_bits), &mut cfg.dither(0), &mut loaded);
         let (_, results) = engine.lanes::<1, _>(&[words(fragment, cone)], &mut self.probe);
-        let flags = event_names(loaded).map(str::to_string).chain(engine.flags(&results, 0));
+        let flags =
+            event_names(loaded).map(str::to_string).chain(engine.flag_names(results.flags[0]));
         Ok(Record {
             place: Some(Place::Surface),
             probes: num::u32(results.probes[0]),

@@ -25,7 +25,7 @@ use super::field::Shape;
 use super::memory;
 use super::subject::Subject;
 use crate::cube::CubeMap;
-use crate::engine::hit::memory as hit_memory;
+use crate::engine::hit::distances_of;
 use crate::engine::probe::RtlProbe;
 use crate::stage::Stage;
 
@@ -93,7 +93,7 @@ impl Judge {
     #[must_use]
     pub fn new(config: &Config, subject: Subject, build: Build) -> Self {
         let searches = matches!(subject, Subject::Hit | Subject::Stage(Stage::Hit));
-        let distances = searches.then(|| hit_memory(config, &memory::room(build.size)).ok());
+        let distances = searches.then(|| distances_of(config, &memory::room(build.size)).ok());
         Self { subject, build, map: memory::cube(build.size), distances: distances.flatten() }
     }
 

@@ -5,14 +5,15 @@
 //! with the same key have the same results there. Kept states are run again, in place, from the first step whose
 //! key differs; a lone run and a run from kept states give the same bits.
 
-pub mod env;
-pub mod hit;
+mod kept;
 pub mod lines;
 pub mod tex;
 
+pub use kept::{Kept, KeptEnv, KeptHit};
+
 use std::hash::{Hash, Hasher};
 
-use rtl_model::Config;
+use rtl_model::unit::Operation;
 
 use crate::base::hash::Fnv64;
 
@@ -35,18 +36,18 @@ impl Hasher for StepHasher {
 pub struct Keys(Vec<u64>);
 
 impl Keys {
-    /// Keys of `steps` steps behind inputs with the key `inputs`.
+    /// Keys of an operation's steps behind inputs with the key `inputs`.
     #[must_use]
-    pub fn new(steps: usize, inputs: u64, hash: impl Fn(usize, &mut StepHasher)) -> Self {
+    pub fn of<O: Operation>(unit: &O, inputs: u64) -> Self {
         let mut before = inputs;
         let key = |number| {
             let mut hasher = StepHasher::default();
             before.hash(&mut hasher);
-            hash(number, &mut hasher);
+            unit.hash_step(number, &mut hasher);
             before = hasher.finish();
             before
         };
-        Self((0..steps).map(key).collect())
+        Self((0..O::STEPS).map(key).collect())
     }
 
     /// The first step whose results differ from those that `kept` stand for; the number of steps where none does.
@@ -74,13 +75,4 @@ pub struct Saved {
     pub kept: usize,
     /// Steps in front of the filter.
     pub steps: usize,
-}
-
-/// Everything that texels in memory depend on, beside the map.
-fn texel_key(config: &Config) -> u64 {
-    let mut hasher = StepHasher::default();
-    (config.policy.texel.format, config.policy.texel.int, config.policy.texel.frac)
-        .hash(&mut hasher);
-    config.policy.address.wrap().hash(&mut hasher);
-    hasher.finish()
 }

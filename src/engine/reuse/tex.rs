@@ -4,21 +4,21 @@ use std::hash::{Hash as _, Hasher as _};
 
 use rayon::prelude::*;
 use rtl_model::stages::filter::Corner;
-use rtl_model::unit::{TEX_STEPS, TexUnit, TexWords};
+use rtl_model::unit::{HitBlock, HitWords, Operation as _, TexBlock, TexUnit, TexWords};
 
+use super::kept::{rays_key, touched_corners};
 use super::lines::RtlLine;
-use super::{Keys, MOST_KEPT, Saved, StepHasher, hit, texel_key};
+use super::{Keys, MOST_KEPT, Saved, StepHasher};
 use crate::distance::Distance;
 use crate::engine::Rendering;
 use crate::engine::dispatch::LANES;
-use crate::engine::hit::Block as SkyBlock;
-use crate::engine::tex::{Block, TexRtl, texture, value};
+use crate::engine::hit::{HitRtl, words};
+use crate::engine::tex::{TexRtl, value};
 use crate::engine::tex_requests::AskedRtl;
 use crate::engine::tex_subject::{TexEngine, TexSubject};
 use crate::error::InputError;
-use crate::fragment::HitFragment;
 use crate::settings::Settings;
-use crate::unit::{UnitSpec, refused};
+use crate::unit::UnitSpec;
 
 /// The steps from which a row's blocks have to run: of each texture's unit, and of the environment's.
 #[derive(Clone, Debug)]
@@ -31,8 +31,8 @@ pub(in crate::engine) struct First {
 #[derive(Debug)]
 pub(in crate::engine) struct KeptBlocks {
     /// By texture.
-    pub(in crate::engine) looks: Vec<Vec<Block>>,
-    pub(in crate::engine) sky: Vec<Box<SkyBlock>>,
+    pub(in crate::engine) looks: Vec<Vec<TexBlock<LANES>>>,
+    pub(in crate::engine) sky: Vec<HitBlock<LANES>>,
 }
 
 /// A row's requests and their blocks.
@@ -43,16 +43,14 @@ pub(in crate::engine) struct KeptRow {
 }
 
 impl KeptRow {
-    fn new(asked: AskedRtl) -> Self {
-        let looks = asked.looks.iter().map(|looks| {
+    fn new(engine: &TexEngine, asked: AskedRtl) -> Self {
+        let looks = engine.textures.iter().zip(&asked.looks).map(|(unit, looks)| {
             let words: Vec<TexWords> = looks.iter().map(|r| r.asked).collect();
-            words.chunks(LANES).map(Block::kept).collect()
+            unit.kept(&words)
         });
-        let rays: Vec<HitFragment> = asked.sky.iter().map(|r| r.asked).collect();
-        let blocks = KeptBlocks {
-            looks: looks.collect(),
-            sky: rays.chunks(LANES).map(SkyBlock::kept).collect(),
-        };
+        let looks = looks.collect();
+        let rays: Vec<HitWords> = asked.sky.iter().map(|r| words(&r.asked)).collect();
+        let blocks = KeptBlocks { looks, sky: engine.sky.kept(&rays) };
         Self { asked, blocks }
     }
 }
@@ -89,17 +87,13 @@ impl KeptTex {
         if self.rows.is_empty() || self.cones != cones {
             self.rows = (0..subject.scene.height)
                 .into_par_iter()
-                .map(|y| KeptRow::new(subject.ask_rtl(&engine, settings, y)))
+                .map(|y| KeptRow::new(&engine, subject.ask_rtl(&engine, settings, y)))
                 .collect();
             self.cones = cones;
             (self.looks, self.sky) = (Vec::new(), Keys::default());
         }
-        let looks: Vec<Keys> = engine
-            .textures
-            .iter()
-            .map(|t| Keys::new(TEX_STEPS, cones, |n, hasher| t.unit.hash_step(n, hasher)))
-            .collect();
-        let sky = hit::keys(&engine.sky, cones);
+        let looks: Vec<Keys> = engine.textures.iter().map(|t| Keys::of(&t.unit, cones)).collect();
+        let sky = Keys::of(&engine.sky.unit, rays_key(spec, cones));
         let kept = |index: usize| self.looks.get(index);
         let first = First {
             looks: looks
@@ -112,8 +106,8 @@ impl KeptTex {
         let rendering = subject.rtl_again(&engine, &mut self.rows, &first, &|_| {});
         (self.looks, self.sky) = (looks, sky);
         self.engine = Some(engine);
-        let saved =
-            Saved { kept: first.looks.iter().copied().min().unwrap_or(0), steps: TEX_STEPS };
+        let kept = first.looks.iter().copied().min().unwrap_or(0);
+        let saved = Saved { kept, steps: TexUnit::STEPS };
         Ok((rendering, saved))
     }
 
@@ -142,9 +136,10 @@ impl KeptTex {
             let blocks = row.blocks.looks.iter().zip(&engine.textures);
             for (blocks, unit) in blocks {
                 for block in blocks {
-                    for (lane, request) in block.requests().iter().enumerate() {
-                        let line = RtlLine::new(&unit.config, &block.state().env, lane);
-                        each(line, value(unit.unit.cone.width(request.cone.width)));
+                    for lane in 0..block.env.len {
+                        let line = RtlLine::new(&unit.config, &block.env, lane);
+                        let width = block.front.width(lane);
+                        each(line, value(unit.unit.cone.width(width)));
                     }
                 }
             }
@@ -153,32 +148,15 @@ impl KeptTex {
 
     /// Texture (the environment is the one behind the last) and first texel of each bilinear footprint of every
     /// request, row by row.
-    pub fn footprints(&self, each: &mut dyn FnMut(usize, Corner)) {
+    pub fn touched_corners(&self, each: &mut dyn FnMut(usize, Corner)) {
         let Some(engine) = &self.engine else { return };
         for row in &self.rows {
-            let blocks = row.blocks.looks.iter().zip(&engine.textures).enumerate();
-            for (index, (blocks, unit)) in blocks {
-                let Some(texture) = &unit.texture else {
-                    continue;
-                };
-                for block in blocks {
-                    for (lane, _) in block.requests().iter().enumerate() {
-                        let each = &mut |corner| each(index, corner);
-                        unit.unit.footprints(block.state(), lane, texture, each);
-                    }
-                }
+            for (index, (blocks, unit)) in row.blocks.looks.iter().zip(&engine.textures).enumerate()
+            {
+                touched_corners(unit, blocks, &mut |corner| each(index, corner));
             }
-            let Some(texture) = &engine.sky.texture else {
-                continue;
-            };
             let index = engine.textures.len();
-            for block in &row.blocks.sky {
-                for (lane, _) in block.rays().iter().enumerate() {
-                    let each = &mut |corner| each(index, corner);
-                    let unit = &engine.sky.unit;
-                    unit.footprints(block.state(), lane, texture, each);
-                }
-            }
+            touched_corners(&engine.sky, &row.blocks.sky, &mut |corner| each(index, corner));
         }
     }
 }
@@ -189,20 +167,11 @@ fn compile(
     spec: &UnitSpec,
     subject: &TexSubject,
 ) -> Result<TexEngine, InputError> {
-    let config = &spec.config;
-    let (mut old, sky) = before.map_or((Vec::new(), None), |e| (e.textures, Some(e.sky)));
-    old.retain(|unit| texel_key(&unit.config) == texel_key(config));
+    let (old, sky) = before.map_or((Vec::new(), None), |e| (e.textures, Some(e.sky)));
     let mut old = old.into_iter();
-    let mut textures = Vec::new();
-    for map in &subject.scene.textures {
-        let unit = TexUnit::new(config, map.size_u32()).map_err(refused)?;
-        let kept = old.next().and_then(|unit| unit.texture);
-        let texture = match kept {
-            Some(texture) => texture,
-            None => texture(config, map).map_err(refused)?,
-        };
-        textures.push(TexRtl { unit, texture: Some(texture), config: config.clone() });
-    }
-    let nowhere = Distance::nothing();
-    Ok(TexEngine { textures, sky: hit::compile(sky, spec, &nowhere, &subject.sky)? })
+    let textures = subject.scene.textures.iter().map(|map| TexRtl::again(old.next(), spec, map));
+    Ok(TexEngine {
+        textures: textures.collect::<Result<_, _>>()?,
+        sky: HitRtl::again(sky, spec, &Distance::nothing(), Some(&subject.sky), 0)?,
+    })
 }

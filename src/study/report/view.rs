@@ -48,7 +48,8 @@ pub(super) fn view(
                 return Ok(None);
             };
             let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
-            rtl(&engine.unit, &engine.config, &fragment.fragment, Some(&engine.texture), &mut mine);
+            let texture = engine.memory.texture.as_ref();
+            rtl(&engine.unit, &engine.config, &fragment.fragment, texture, &mut mine);
             let found = env(&prepared, &fragment.fragment, s.map.size(), None, &mut theirs);
             Request::on_cube(mine, theirs, &s.map, &found)
         }

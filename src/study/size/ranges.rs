@@ -125,7 +125,8 @@ impl Ranges {
                 let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
                 over(&s.scene.fragments, |ranges, fragment, probe| {
                     let (unit, config) = (&engine.unit, &engine.config);
-                    let found = rtl(unit, config, &fragment.fragment, Some(&engine.texture), probe);
+                    let texture = engine.memory.texture.as_ref();
+                    let found = rtl(unit, config, &fragment.fragment, texture, probe);
                     ranges.add(probe, num::u32(found.probes));
                 })
             }

@@ -6,7 +6,7 @@ use rtl_model::Tap;
 use rtl_model::fx::Overflow;
 use rtl_model::regs::{Kind, Reg};
 use tapline::distance::{Distance, DistanceCube};
-use tapline::engine::hit::{HitF64, HitResult, HitRtl};
+use tapline::engine::hit::{HitF64, HitResult, HitRtl, words};
 use tapline::fragment::HitFragment;
 use tapline::unit::knobs::Value;
 use tapline::unit::{ReferenceAxis, UnitSpec};
@@ -108,9 +108,9 @@ fn run(spec: &UnitSpec, maps: &[Distance], rays: &[HitFragment]) -> Option<Run> 
         let engine = HitRtl::new(spec, map, None, 64).ok()?;
         for ray in rays {
             let mut values = Values::default();
-            let (state, results) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut values);
+            let (block, results) = engine.lanes::<1, _>(&[words(ray)], &mut values);
             out.registers.push(values.0);
-            out.results.push(engine.result(&state, &results, 0, true));
+            out.results.push(engine.result(&block, &results, 0));
         }
     }
     Some(out)

@@ -11,7 +11,7 @@ use rtl_model::Tap;
 use rtl_model::regs::Reg;
 use tapline::cube::direction;
 use tapline::distance::{Distance, DistanceCube};
-use tapline::engine::hit::{HitF64, HitResult, HitRtl};
+use tapline::engine::hit::{HitF64, HitResult, HitRtl, words};
 use tapline::fragment::HitFragment;
 use tapline::policy::{HitStatus, LookUp, Method, Outside};
 use tapline::reference::Distances;
@@ -272,8 +272,9 @@ fn a_room_of_a_millimetre_and_one_of_a_kilometre_have_the_same_codes() {
     for one in rays(100) {
         let codes = |engine: &HitRtl, scale: f64| {
             let scaled = ray(one.x.map(|c| c * scale), one.r);
-            let (state, _) = engine.lanes::<1, _>(&[scaled], &mut rtl_model::NoTap);
-            (state.hit.d[0], state.hit.l, state.hit.status[0])
+            let (block, _) = engine.lanes::<1, _>(&[words(&scaled)], &mut rtl_model::NoTap);
+            let hit = block.front.hit;
+            (hit.d[0], hit.l, hit.status[0])
         };
         let here = codes(&base, 1.0);
         assert_eq!(codes(&small_room, small), here);
@@ -325,24 +326,25 @@ fn a_batch_has_the_traced_registers() {
     }
     mixed[3].x = [0.0; 3];
     for (ray, result) in mixed.iter().zip(engine.filter(&mixed, &|_| {})) {
-        let (state, out) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut rtl_model::NoTap);
-        assert_eq!(engine.result(&state, &out, 0, ray.cone.is_some()), result);
+        let (block, out) = engine.lanes::<1, _>(&[words(ray)], &mut rtl_model::NoTap);
+        assert_eq!(engine.result(&block, &out, 0), result);
     }
     // The engine's own tap and its vector instructions: the same results.
     let whole = engine.filter(&all, &|_| {});
     for (ray, result) in all.iter().zip(&whole) {
-        let (state, out) = engine.lanes::<1, _>(std::slice::from_ref(ray), &mut rtl_model::NoTap);
-        assert_eq!(&engine.result(&state, &out, 0, true), result);
+        let (block, out) = engine.lanes::<1, _>(&[words(ray)], &mut rtl_model::NoTap);
+        assert_eq!(&engine.result(&block, &out, 0), result);
     }
 }
 
 fn batch<const N: usize>(engine: &HitRtl, all: &[HitFragment]) {
     for chunk in all.chunks(N) {
         let mut batch = Lanes(vec![BTreeMap::new(); N]);
-        engine.lanes::<N, _>(chunk, &mut batch);
+        let rays: Vec<_> = chunk.iter().map(words).collect();
+        engine.lanes::<N, _>(&rays, &mut batch);
         for (lane, ray) in chunk.iter().enumerate() {
             let mut alone = Lanes(vec![BTreeMap::new()]);
-            engine.lanes::<1, _>(std::slice::from_ref(ray), &mut alone);
+            engine.lanes::<1, _>(&[words(ray)], &mut alone);
             assert!(alone.0[0].len() > 40);
             assert_eq!(alone.0[0], batch.0[lane]);
         }

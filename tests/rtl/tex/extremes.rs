@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use rtl_model::cone::{Angle, Cone, Width};
 use rtl_model::regs::Reg;
-use rtl_model::unit::{Results, Tangents, TexState, TexWords};
+use rtl_model::unit::{Tangents, TexWords};
 use rtl_model::{NoTap, NoTapStandard};
 use tapline::engine::tex::TexRtl;
 use tapline::fragment::TexFragment;
@@ -161,20 +161,16 @@ proptest! {
     #[test]
     fn any_bits_are_answered(words in prop::collection::vec(words(), 1..6)) {
         let engine = engine();
-        let mut states = (TexState::<32>::default(), TexState::<32>::default());
-        let mut outs = (Results::<32>::default(), Results::<32>::default());
-        engine.unit.run(&words, None, &mut states.0, &mut outs.0, &mut NoTap);
-        engine.unit.run(&words, None, &mut states.1, &mut outs.1, &mut NoTapStandard);
+        let any = engine.lanes::<32, _>(&words, &mut NoTap);
+        let standard = engine.lanes::<32, _>(&words, &mut NoTapStandard);
         for (lane, word) in words.iter().enumerate() {
-            prop_assert_eq!(outs.0.probes[lane], outs.1.probes[lane]);
-            prop_assert_eq!(outs.0.flags[lane], outs.1.flags[lane]);
-            prop_assert_eq!(states.0.env.line.lod[lane], states.1.env.line.lod[lane]);
+            prop_assert_eq!(any.1.probes[lane], standard.1.probes[lane]);
+            prop_assert_eq!(any.1.flags[lane], standard.1.flags[lane]);
+            prop_assert_eq!(any.0.env.line.lod[lane], standard.0.env.line.lod[lane]);
             // One lane alone has the same bits.
-            let mut one = TexState::<1>::default();
-            let mut out = Results::<1>::default();
-            engine.unit.run(std::slice::from_ref(word), None, &mut one, &mut out, &mut NoTap);
-            prop_assert_eq!(one.surface[0].d, states.0.surface[lane].d);
-            prop_assert_eq!(out.flags[0], outs.0.flags[lane]);
+            let (one, out) = engine.lanes::<1, _>(&[*word], &mut NoTap);
+            prop_assert_eq!(one.front.surface[0].d, any.0.front.surface[lane].d);
+            prop_assert_eq!(out.flags[0], any.1.flags[lane]);
         }
     }
 }

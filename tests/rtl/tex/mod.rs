@@ -45,5 +45,5 @@ pub(crate) fn by_rtl(
     let mut flags = rtl_model::fx::Flags::default();
     let cone = cfg.load([0, width.to_bits()], &mut cfg.dither(0), &mut flags);
     let (_, out) = engine.lanes::<1, _>(&[words(fragment, cone)], &mut probe);
-    (probe, out.probes[0], engine.flags(&out, 0))
+    (probe, out.probes[0], engine.flag_names(out.flags[0]))
 }

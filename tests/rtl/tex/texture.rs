@@ -1,6 +1,7 @@
 //! 2-D textures: addressing, mip chains, the shared back end.
 
 use rtl_model::cone::Cone;
+use tapline::engine::dispatch::Source;
 use tapline::engine::tex::{TexRtl, words};
 use tapline::fragment::TexFragment;
 use tapline::image::mips::build_planar_mips;
@@ -41,8 +42,8 @@ fn colours(spec: &UnitSpec, map: &PlanarMap, fragment: &TexFragment, width: f64)
     let mut flags = rtl_model::fx::Flags::default();
     let cone = cfg.load([0, width.to_bits()], &mut cfg.dither(0), &mut flags);
     let mut rtl = [0.0; 3];
-    engine.blocks(&[words(fragment, cone)], |state, out, _| {
-        rtl = engine.result(state, out, 0).color;
+    engine.blocks(Source::Words(&[words(fragment, cone)]), &mut |block, out| {
+        rtl = engine.result(block, out, 0).color;
     });
     let settings = spec.settings(ReferenceAxis::Table);
     let texture = PlanarTexture::new(map, settings.policy.address.wrap());
@@ -182,8 +183,8 @@ fn wide_texels_and_halves_give_the_same_bits() {
     let request = [words(&at([0.4, 0.7]), Cone::default())];
     let mut found = Vec::new();
     for _ in 0..2 {
-        engine.blocks(&request, |_, out, _| found.push(out.color[0]));
-        engine.texture = engine.texture.map(|t| t.widened());
+        engine.blocks(Source::Words(&request), &mut |_, out| found.push(out.color[0]));
+        engine.memory.texture = engine.memory.texture.map(|t| t.widened());
     }
     assert_eq!(found[0], found[1]);
 }

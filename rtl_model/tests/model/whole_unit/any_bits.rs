@@ -3,7 +3,7 @@
 
 use crate::common::{NEEDS, Record, Rng, any_config, any_words};
 use rtl_model::fx::{Flags, Overflow, Rounding};
-use rtl_model::unit::{Needs, Ports, Results, State, Unit, Words};
+use rtl_model::unit::{EnvBlock, Memory, Needs, Operation as _, Results, Unit, Words};
 use rtl_model::{Config, NoTapStandard, Reg, Tap, Texture, texture::Source};
 
 /// A mip chain whose texels are any words.
@@ -40,17 +40,14 @@ struct Run {
     results: Vec<([i64; 3], i64, u64, rtl_model::fx::Flags)>,
 }
 
-fn run<const N: usize>(unit: &Unit, texture: Option<&Texture>, words: &[Words]) -> Run {
+fn run<const N: usize>(unit: &Unit, texture: Option<Texture>, words: &[Words]) -> Run {
     let mut out = Run { registers: Vec::new(), results: Vec::new() };
+    let memory = Memory { texture, ..Memory::default() };
     for chunk in words.chunks(N) {
         let mut record = Record::default();
-        let mut ports = Ports::<N>::default();
-        for fragment in chunk {
-            unit.load(&mut ports, fragment);
-        }
-        let mut results = Results::<N>::default();
-        let mut state = State::default();
-        unit.env(&ports, texture, &mut state, &mut results, &mut record);
+        let (mut block, mut results) = (EnvBlock::<N>::default(), Results::default());
+        unit.load(chunk, &mut block);
+        unit.run(&memory, &mut block, &mut results, &mut record);
         for lane in 0..chunk.len() {
             out.registers.push(record.lane(lane));
             out.results.push((
@@ -86,7 +83,7 @@ fn sweep(seeds: std::ops::Range<u64>, spread: i64) -> (usize, usize) {
             .then(|| any_texture(&mut rng, &config, usize::try_from(size).expect("small")))
             .flatten();
         let words: Vec<Words> = (0..9).map(|_| any_words(&mut rng)).collect();
-        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture.as_ref(), &words));
+        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture, &words));
         assert!(result.is_ok(), "seed {seed}, spread {spread}");
         legal += 1;
     }
@@ -143,7 +140,7 @@ fn random_words_never_panic_in_units_grown_to_the_limits() {
         let (config, unit) = grown(&mut rng, needs);
         let texture = any_texture(&mut rng, &config, 4);
         let words: Vec<Words> = (0..32).map(|_| any_words(&mut rng)).collect();
-        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture.as_ref(), &words));
+        let result = std::panic::catch_unwind(|| run::<32>(&unit, texture, &words));
         assert!(result.is_ok(), "seed {seed}");
     }
 }
@@ -160,8 +157,8 @@ fn one_and_thirty_two_lanes_give_the_same_registers_and_results() {
         };
         let texture = any_texture(&mut rng, &config, 16);
         let words: Vec<Words> = (0..45).map(|_| any_words(&mut rng)).collect();
-        let one = run::<1>(&unit, texture.as_ref(), &words);
-        let many = run::<32>(&unit, texture.as_ref(), &words);
+        let one = run::<1>(&unit, texture.clone(), &words);
+        let many = run::<32>(&unit, texture, &words);
         assert_eq!(one.results, many.results, "seed {seed}");
         assert!(one.registers == many.registers, "seed {seed}");
         let different = one.results.iter().any(|r| r != &one.results[0]);
@@ -175,15 +172,12 @@ type Handed = (Flags, i64, i64, [i64; 2], usize, [i64; 2]);
 
 fn handed<const N: usize>(unit: &Unit, words: &[Words], tap: &mut impl Tap) -> Vec<Handed> {
     let (mut out, mut results) = (Vec::new(), Results::<N>::default());
-    let mut state = State::<N>::default();
+    let mut block = EnvBlock::<N>::default();
     for chunk in words.chunks(N) {
-        let mut ports = Ports::<N>::default();
-        for words in chunk {
-            unit.load(&mut ports, words);
-        }
-        unit.env(&ports, None, &mut state, &mut results, tap);
+        unit.load(chunk, &mut block);
+        unit.run(&Memory::default(), &mut block, &mut results, tap);
         for i in 0..chunk.len() {
-            let (line, face) = (&state.line, &state.face);
+            let (line, face) = (&block.env.line, &block.env.face);
             out.push((
                 results.flags[i],
                 results.probes[i],

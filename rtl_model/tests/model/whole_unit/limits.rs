@@ -28,10 +28,10 @@ fn path(result: Result<Unit, ConfigError>) -> String {
 }
 
 /// 1000 fragments, wild ones included, through a unit.
-fn drive(unit: &Unit, texture: Option<&Texture>) {
+fn drive(unit: &Unit) {
     let mut rng = Rng(7);
     for _ in 0..1000 {
-        run_one(unit, texture, &any_words(&mut rng));
+        run_one(unit, &any_words(&mut rng));
     }
 }
 
@@ -46,7 +46,7 @@ fn a_rotation_beyond_one_is_refused() {
     let one = 1 << 24;
     let config =
         Config { rotation: Some([[one; 3], [-one; 3], [one, -one, one]]), ..Config::default() };
-    drive(&Unit::new(&config, ALL, 64).expect("entries of 1 are legal"), None);
+    drive(&Unit::new(&config, ALL, 64).expect("entries of 1 are legal"));
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn a_roughness_scale_beyond_its_word_is_refused() {
         assert_eq!(path(Unit::new(&config, ALL, 64)), "roughness.scale", "{scale}");
     }
     let config = Config { roughness_scale: (16 << 20) - 1, ..Config::default() };
-    drive(&Unit::new(&config, ALL, 64).expect("just below 16 is legal"), None);
+    drive(&Unit::new(&config, ALL, 64).expect("just below 16 is legal"));
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn a_wide_e2_against_h_is_refused_where_the_frame_turns() {
     set(&mut config, Reg::FrameE2, 2, 40);
     let needs = NEEDS[1];
     match Unit::new(&config, needs, 64) {
-        Ok(unit) => drive(&unit, None),
+        Ok(unit) => drive(&unit),
         Err(error) => assert_eq!(error.path, "registers.jacobian.turn"),
     }
     config.formats[Reg::FrameE2.index()].frac = 27;
@@ -293,7 +293,7 @@ fn every_register_at_its_widest_legal_size_survives_any_words() {
                 if let Some(unit) = widest {
                     let mut rng = Rng(11);
                     for _ in 0..60 {
-                        run_one(&unit, None, &any_words(&mut rng));
+                        run_one(&unit, &any_words(&mut rng));
                     }
                     ran += 1;
                 }

@@ -7,16 +7,13 @@ mod limits;
 mod scale;
 
 use crate::common::Record;
-use rtl_model::Texture;
-use rtl_model::unit::{Ports, Results, State, Unit, Words};
+use rtl_model::unit::{EnvBlock, Memory, Operation as _, Results, Unit, Words};
 
-/// One fragment through a unit: its register writes and results.
-fn run_one(unit: &Unit, texture: Option<&Texture>, words: &Words) -> (Record, Results<1>) {
+/// One fragment through a unit without a texture: its register writes and results.
+fn run_one(unit: &Unit, words: &Words) -> (Record, Results<1>) {
     let mut record = Record::default();
-    let mut ports = Ports::<1>::default();
-    unit.load(&mut ports, words);
-    let mut results = Results::default();
-    let mut state = State::default();
-    unit.env(&ports, texture, &mut state, &mut results, &mut record);
+    let (mut block, mut results) = (EnvBlock::default(), Results::default());
+    unit.load(std::slice::from_ref(words), &mut block);
+    unit.run(&Memory::default(), &mut block, &mut results, &mut record);
     (record, results)
 }

@@ -78,9 +78,9 @@ fn powers_of_two_of_v_n_and_h_move_the_point_and_no_code() {
         }
         let unit = Unit::new(&config, rng.pick(&NEEDS), 256).expect("the default words");
         let words = fragment(&mut rng);
-        let (before, plain) = run_one(&unit, None, &words);
+        let (before, plain) = run_one(&unit, &words);
         let [v, n, h] = [0; 3].map(|_: i64| rng.range(-300, 300));
-        let (after, moved) = run_one(&unit, None, &scaled(&words, v, n, h));
+        let (after, moved) = run_one(&unit, &scaled(&words, v, n, h));
         assert_eq!(before.0.len(), after.0.len());
         for (a, b) in before.0.iter().zip(&after.0) {
             let (reg, raw) = (a.1, a.3);

@@ -1,0 +1,108 @@
+//! What the operations share: words come into a block of lanes, steps leave their results there, the filter ends it.
+
+use core::fmt::Debug;
+use core::hash::Hasher;
+
+use super::Unit;
+use super::block::{Block, Results};
+use crate::distance::DistanceMemory;
+use crate::stages::filter::Corner;
+use crate::tap::Tap;
+use crate::texture::Texture;
+
+/// What operations read from memory.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    /// Texels; without any an operation ends in front of the filter.
+    pub texture: Option<Texture>,
+    /// Distances, which HIT alone looks up.
+    pub distances: DistanceMemory,
+}
+
+/// A block of an operation.
+pub type BlockOf<O, const N: usize> = Block<<O as Operation>::Front<N>, N>;
+
+/// One of the unit's operations: ENV ([`Unit`]), HIT ([`super::HitUnit`]), TEX ([`super::TexUnit`]).
+///
+/// Each is a row of steps. A step writes its own arrays and reads those of the steps before it, so a unit that
+/// differs from another one from a step on finds everything in front of that step in a kept block.
+pub trait Operation: Sync {
+    /// One request as binary64 words.
+    type Words: Copy + Debug + Send + Sync;
+    /// The words of a block's lanes, and what the operation's own stages leave.
+    type Front<const N: usize>: Clone + Debug + Default + Send + Sync;
+
+    /// Steps in front of the filter.
+    const STEPS: usize;
+
+    /// The stages of ENV that the operation ends with.
+    fn unit(&self) -> &Unit;
+
+    /// Puts the words of one request into a lane of a block; the first step takes them through the ports.
+    fn put<const N: usize>(&self, words: &Self::Words, front: &mut Self::Front<N>, lane: usize);
+
+    /// The steps in front of the filter from step `first` on, over blocks in which the steps before it have run: each
+    /// step for all blocks before the next, so that its code is fetched once. A tap that listens cannot tell the
+    /// blocks apart.
+    fn steps<const N: usize, T: Tap>(
+        &self,
+        first: usize,
+        memory: &Memory,
+        blocks: &mut [BlockOf<Self, N>],
+        tap: &mut T,
+    );
+
+    /// Feeds everything that the results of a step depend on, beside the steps before it and the memory, to a hasher.
+    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H);
+
+    /// What follows the steps: the filter of the block's lanes, or without a texture their probe counts and flags.
+    #[inline(always)]
+    fn finish<const N: usize, T: Tap>(
+        &self,
+        block: &BlockOf<Self, N>,
+        memory: &Memory,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        self.unit().finish(&block.env, memory.texture.as_ref(), out, tap);
+    }
+
+    /// Fills a block anew with up to `N` requests.
+    #[inline(always)]
+    fn load<const N: usize>(&self, words: &[Self::Words], block: &mut BlockOf<Self, N>) {
+        block.env.len = words.len().min(N);
+        for (lane, words) in words.iter().enumerate().take(N) {
+            self.put(words, &mut block.front, lane);
+        }
+    }
+
+    /// The whole operation for a block.
+    #[inline(always)]
+    fn run<const N: usize, T: Tap>(
+        &self,
+        memory: &Memory,
+        block: &mut BlockOf<Self, N>,
+        out: &mut Results<N>,
+        tap: &mut T,
+    ) {
+        self.steps(0, memory, core::slice::from_mut(block), tap);
+        self.finish(block, memory, out, tap);
+    }
+
+    /// Whether the unit may run with a tap whose `STANDARD` is true: every register rounds half-even and saturates.
+    fn is_standard(&self) -> bool {
+        self.unit().standard
+    }
+
+    /// The first texel of each bilinear footprint of a lane: what a cache of tiles sees.
+    #[inline(always)]
+    fn touched_corners<const N: usize>(
+        &self,
+        block: &BlockOf<Self, N>,
+        lane: usize,
+        texture: &Texture,
+        each: &mut dyn FnMut(Corner),
+    ) {
+        self.unit().touched_corners(&block.env, lane, texture, each);
+    }
+}
