@@ -1,6 +1,6 @@
 //! The unit's three operations, and the stages that each of them runs.
 
-use rtl_model::unit::Needs;
+pub use rtl_model::unit::Needs;
 
 use crate::stage::Stage;
 

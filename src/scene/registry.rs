@@ -1,12 +1,10 @@
 //! Every built-in scene, in one list: a row lies beside the function that says what it shows.
 
-use rtl_model::unit::Needs;
-
 use super::bump::BumpMap;
 use super::surface::{Camera, Shape};
 use super::{built_in, hit, tex};
 use crate::error::InputError;
-use crate::operation::Operation;
+use crate::operation::{Needs, Operation};
 use crate::stage::Stage;
 
 /// A built-in scene: what it is called and what it shows.
