@@ -1,5 +1,7 @@
 //! What the tests on a GPU share: the device, maps, judgement.
 
+use tapline::base::num;
+use tapline::base::random::Random;
 pub(crate) use tapline::conformance::extremes::PLAIN;
 use tapline::cube::{CubeLevel, CubeMap};
 use tapline::engine::gpu::check::StageChecks;
@@ -16,10 +18,8 @@ pub(crate) fn numbered(fragments: &[Fragment]) -> Vec<PixelFragment> {
 
 /// A number between 0 and 1 that belongs to an index.
 pub(crate) fn noise(index: usize) -> f32 {
-    let mut x = u64::try_from(index).unwrap_or(0).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x ^= x >> 32;
-    x = x.wrapping_mul(0xd6e8_feb8_6659_fd93);
-    f32::from(u16::try_from(x >> 48).unwrap_or(0)) / 65536.0
+    let word = Random::new(num::u64(index)).word();
+    f32::from(u16::try_from(word >> 48).unwrap_or(0)) / 65536.0
 }
 
 /// A cube map of noise with its mips.

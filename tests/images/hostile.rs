@@ -7,6 +7,7 @@
 use crate::made::{COMPRESSIONS, Folder, encoding, exr_file, hdr_file, png_file, ramp, simple_exr};
 use exr::prelude::{Compression, FlatSamples, LayerAttributes, f16};
 use tapline::base::quiet::install_quiet_panic_hook;
+use tapline::base::random::Random;
 use tapline::image::{LoadOptions, load_environment, load_planar};
 
 #[test]
@@ -224,12 +225,8 @@ fn files_with_random_damage_give_pixels_or_an_error() {
         std::env::var("TAPLINE_DAMAGE_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(150);
     // A small limit keeps even a believed lie cheap.
     let options = LoadOptions { max_image_mb: 1, face_size: Some(2) };
-    let mut state = 0x9e37_79b9_7f4a_7c15u64;
-    let mut random = |below: usize| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
+    let mut random = Random::new(1);
+    let mut random = |below: usize| random.index(below);
     let (mut errors, mut pixels) = (0u32, 0u32);
     for bytes in sample_files() {
         for _ in 0..rounds {

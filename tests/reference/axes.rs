@@ -1,7 +1,7 @@
 //! Axes, angle table and probe count of the float reference.
 #![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
-use support::reference::{Random, plain};
+use support::reference::{Draw, Random, plain};
 use tapline::policy::{Axis, Count, Minor, Placement};
 use tapline::reference::angle::Angles;
 use tapline::reference::eigen::{Axes, eigen};

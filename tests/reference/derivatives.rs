@@ -1,6 +1,8 @@
 //! D of the float reference against finite differences, and what D may not depend on.
 
-use support::reference::{Random, apply, cross, dot, frame, mirror, project, scaled, sum, unit};
+use support::reference::{
+    Draw, Random, apply, cross, dot, frame, mirror, project, scaled, sum, unit,
+};
 use tapline::fragment::Fragment;
 use tapline::policy::Dnmod;
 use tapline::reference::{NoTap, Prepared, env};

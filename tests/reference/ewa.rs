@@ -1,7 +1,7 @@
 //! The elliptical Gaussian of the float reference.
 #![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
-use support::reference::{Random, map, noise, plain};
+use support::reference::{Draw, Random, map, noise, plain};
 use tapline::cube::{direction, face_uv};
 use tapline::reference::address::Address;
 use tapline::reference::{Env, NoTap, Prepared, Texture, env, ewa, ewa_counted};

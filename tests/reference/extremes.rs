@@ -1,7 +1,7 @@
 //! Extremes of the front end on the float reference: defined, finite, and right.
 #![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
-use support::reference::{PLAIN, Random, Strict};
+use support::reference::{Draw, PLAIN, Random, Strict};
 use tapline::fragment::Fragment;
 use tapline::reference::{Env, Flag, Flags, NoTap, Prepared, env};
 use tapline::settings::Settings;

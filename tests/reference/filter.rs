@@ -2,7 +2,7 @@
 #![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
 use support::reference::{
-    PLAIN, Random, Strict, map, noise, plain, smaller, symmetries, turned, turned_map,
+    Draw, PLAIN, Random, Strict, map, noise, plain, smaller, symmetries, turned, turned_map,
 };
 use tapline::fragment::Fragment;
 use tapline::policy::{Axis, Count, Weights};

@@ -7,7 +7,7 @@
 
 use rtl_model::regs::Reg;
 use rtl_model::stages::Roms;
-use support::reference::{PLAIN, Random, noise, plain};
+use support::reference::{Draw, PLAIN, Random, noise, plain};
 use support::rtl::{Traced, bound, lod, near, trace};
 use tapline::conformance::extremes::straight;
 use tapline::engine::encode;

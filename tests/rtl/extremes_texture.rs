@@ -9,7 +9,7 @@ use rtl_model::regs::Reg;
 use rtl_model::stages::{Roms, Sink, address};
 use rtl_model::unit::{Results, State};
 use rtl_model::{NoTap, Unit};
-use support::reference::{PLAIN, Random, map, plain};
+use support::reference::{Draw, PLAIN, Random, map, plain};
 use support::rtl::{bound, lod, near, trace};
 use tapline::conformance::extremes::straight;
 use tapline::cube::{CubeLevel, CubeMap};

@@ -7,11 +7,11 @@
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
-use rtl_model::fx::Overflow;
 use rtl_model::regs::{Kind, Reg};
 use rtl_model::unit::Needs;
 use rtl_model::{Texture, Unit};
-use support::reference::{PLAIN, Random};
+use support::knobs::{Enables, Sight, assert_none_dead};
+use support::reference::{Draw, PLAIN, Random};
 use tapline::cube::CubeMap;
 use tapline::engine::encode;
 use tapline::engine::probe::{RtlProbe, rtl};
@@ -19,12 +19,10 @@ use tapline::fragment::Fragment;
 use tapline::image::mips::build_mips;
 use tapline::scene::environment::procedural;
 use tapline::scene::{SCENES, SceneOptions, build};
-use tapline::unit::file::from_toml;
-use tapline::unit::knobs::Value;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 /// Policies that switch a path on: (prefix of the path, settings of both units).
-const ENABLES: &[(&str, &[(&str, &str)])] = &[
+const ENABLES: &Enables = &[
     ("footprint.weight_bits", &[("footprint.weights", "\"gaussian\"")]),
     ("registers.cube_face.rotated", &[ROTATED]),
     ("registers.jacobian.perp_dot_e", &[FRAME]),
@@ -216,12 +214,23 @@ impl Bench {
         }
         Some(run)
     }
+}
 
-    fn whole(&self, spec: &UnitSpec) -> Option<Run> {
+impl Sight for Bench {
+    type Seen = Run;
+
+    fn enables(&self) -> &Enables {
+        ENABLES
+    }
+
+    fn never_below(&self) -> &[Reg] {
+        NEVER_BELOW
+    }
+
+    fn see(&self, spec: &UnitSpec) -> Option<Run> {
         self.run(spec, |_, _| false)
     }
 
-    /// Whether a legal `other` shows in any register; `None` if it is refused.
     fn differs(&self, base: &Run, other: &UnitSpec) -> Option<bool> {
         let mut changed = false;
         self.run(other, |i, hash| {
@@ -230,148 +239,26 @@ impl Bench {
         })?;
         Some(changed)
     }
-}
 
-fn assign(spec: &mut UnitSpec, path: &str, value: &str) {
-    let text = format!("{}\n{} = {value}\n", section(path), key(path));
-    let one = from_toml("enable", &text).unwrap();
-    spec.set(path, &one.get(path).unwrap()).unwrap();
-}
-
-fn section(path: &str) -> String {
-    format!("[{}]", path.rsplit_once('.').unwrap().0)
-}
-
-fn key(path: &str) -> &str {
-    path.rsplit_once('.').unwrap().1
-}
-
-/// The default unit with what `path` needs to be of any use.
-fn enabled(path: &str) -> UnitSpec {
-    let mut spec = UnitSpec::default();
-    for (prefix, settings) in ENABLES {
-        if path.starts_with(prefix) {
-            for (path, value) in *settings {
-                assign(&mut spec, path, value);
-            }
-        }
+    fn saturated(&self, seen: &Run, reg: Reg) -> bool {
+        let info = reg.info();
+        seen.flags.contains(&format!("{}.{}.saturated", info.stage, info.name))
     }
-    spec
-}
-
-/// Other values of a knob, the likeliest to show first; not all need be legal.
-fn others(path: &str, value: &Value, legal: &str) -> Vec<Value> {
-    match value {
-        Value::Integer(n) if path == "footprint.max_probes" => vec![Value::Integer(n - 8)],
-        Value::Integer(_) if key(path) == "entries" => [2, 4, 8].map(Value::Integer).into(),
-        Value::Integer(n) => (1..=20)
-            .flat_map(|d| [n - d, n + d])
-            .chain([n / 2, n * 2])
-            .filter(|m| *m >= 0 && m != n)
-            .map(Value::Integer)
-            .collect(),
-        Value::Float(x) => vec![Value::Float(x + 0.5)],
-        Value::Text(t) => {
-            legal.split(" | ").filter(|l| *l != t).map(|l| Value::Text(l.into())).collect()
-        }
-        Value::Numbers(_) => {
-            vec![Value::Numbers(vec![0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0])]
-        }
-    }
-}
-
-fn register_of(path: &str) -> Option<Reg> {
-    let mut parts = path.strip_prefix("registers.")?.split('.');
-    Reg::find(parts.next()?, parts.next()?)
-}
-
-/// Overflow modes of a register that show nowhere, or why none can.
-///
-/// The register is shortened bit by bit; wherever it overflows, the modes are compared.
-fn dead_modes(bench: &Bench, reg: Reg) -> Vec<String> {
-    let info = reg.info();
-    let path = format!("registers.{}.{}", info.stage, info.name);
-    let mut spec = enabled(&path);
-    let name = format!("{}.{}.saturated", info.stage, info.name);
-    let mut left: Vec<Overflow> = Overflow::ALL
-        .iter()
-        .copied()
-        .filter(|m| *m != Overflow::Saturate)
-        .filter(|m| *m != Overflow::SaturateSymmetric || !NEVER_BELOW.contains(&reg))
-        .collect();
-    for int in (0..spec.config.format(reg).int).rev() {
-        spec.set(&format!("{path}.int"), &Value::Integer(int.into())).unwrap();
-        let Some(base) = bench.whole(&spec) else {
-            continue;
-        };
-        if !base.flags.contains(&name) {
-            continue;
-        }
-        left.retain(|mode| {
-            let mut other = spec.clone();
-            let value = Value::Text(mode.name().into());
-            other.set(&format!("{path}.overflow"), &value).unwrap();
-            bench.differs(&base, &other) != Some(true)
-        });
-        if left.is_empty() {
-            break;
-        }
-    }
-    left.iter().map(|m| format!("{path}.overflow = {}", m.name())).collect()
 }
 
 #[test]
 fn no_knob_is_dead() {
-    let bench = Bench::new();
-    let mut dead = Vec::new();
-    let mut tried = 0;
-    // ray_cone and tex try those of cones and of 2-D textures, which no ENV fragment has.
-    let of_fragments = |path: &str| {
-        let others =
-            ["cone.", "surface_footprint.", "registers.surface_footprint.", "address.wrap_"];
-        !others.iter().any(|prefix| path.starts_with(prefix))
-    };
-    for knob in UnitSpec::default().knobs() {
-        if !of_fragments(&knob.path) {
-            continue;
-        }
-        let path = knob.path.as_str();
-        // Rays move those, not fragments: hit.
-        if path.starts_with("hit.") || path.starts_with("registers.hit.") {
-            continue;
-        }
-        tried += 1;
-        if let (Some(reg), "overflow") = (register_of(path), key(path)) {
-            dead.extend(dead_modes(&bench, reg));
-            continue;
-        }
-        let spec = enabled(path);
-        let base = bench.whole(&spec).unwrap();
-        let value = spec.get(path).unwrap();
-        let words = register_of(path).is_some();
-        let all_must_show = matches!(value, Value::Text(_)) && !words;
-        let mut shown = false;
-        for value in others(path, &value, &knob.legal) {
-            let mut other = spec.clone();
-            if other.set(path, &value).is_err() {
-                continue;
-            }
-            match bench.differs(&base, &other) {
-                Some(true) => shown = true,
-                // Each literal of a policy has a meaning of its own.
-                Some(false) if all_must_show => dead.push(format!("{path} = {value}")),
-                Some(false) | None => {}
-            }
-            if shown && !all_must_show {
-                break;
-            }
-        }
-        if !shown {
-            dead.push(path.into());
-        }
-    }
-    assert!(tried > 250, "only {tried} paths");
-    assert!(dead.is_empty(), "{} dead of {tried}: {dead:#?}", dead.len());
+    // `hit`, `ray_cone` and `tex` try those of rays, cones and 2-D textures, which no ENV fragment has.
+    let others = [
+        "cone.",
+        "surface_footprint.",
+        "registers.surface_footprint.",
+        "address.wrap_",
+        "hit.",
+        "registers.hit.",
+    ];
+    let ours = |path: &str| !others.iter().any(|prefix| path.starts_with(prefix));
+    assert_none_dead(&Bench::new(), ours, 251);
 }
 
 #[test]

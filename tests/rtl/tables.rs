@@ -10,6 +10,7 @@
 use rtl_model::policy::Placement;
 use rtl_model::tables::rom::{PORT_FRAC, mantissa, mantissa4};
 use rtl_model::tables::{AngleRom, Function, Rom, TableSpec};
+use tapline::base::random::Random;
 
 const ULP: f64 = 1.0 / (1u64 << PORT_FRAC) as f64;
 
@@ -321,11 +322,8 @@ fn the_angle_table_holds_rounded_sines_and_ascending_boundaries() {
 fn the_angle_index_is_the_nearest_entry() {
     // Boundaries are rounded to 2^−28 and atan2 to 2^−52: outside of 2^−26 around a boundary the nearest
     // entry is certain.
-    let mut seed = 1u64;
-    let mut next = |bits: u32| {
-        seed = seed.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-        i64::try_from((seed >> 33) & ((1 << bits) - 1)).expect("31 bits")
-    };
+    let mut random = Random::new(1);
+    let mut next = |bits: u32| random.between(0, (1 << bits) - 1);
     let mut compared = 0;
     for &placement in Placement::ALL {
         for entries in [2, 10, 32, 64, 1024] {

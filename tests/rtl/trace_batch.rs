@@ -45,7 +45,7 @@ fn batch<const N: usize>(
 fn sample(fragments: usize, random: &mut Random) -> Vec<usize> {
     (0..100)
         .map(|_| {
-            usize::try_from(random.bits() % u64::try_from(fragments).unwrap_or(1)).unwrap_or(0)
+            usize::try_from(random.word() % u64::try_from(fragments).unwrap_or(1)).unwrap_or(0)
         })
         .collect()
 }

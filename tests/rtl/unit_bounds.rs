@@ -8,7 +8,7 @@ use rtl_model::fx::Rounding;
 use rtl_model::policy::{Axis, Minor};
 use rtl_model::regs::Reg;
 use rtl_model::unit::Needs;
-use support::reference::{Random, cross, dot, scaled, sum};
+use support::reference::{Draw, Random, cross, dot, scaled, sum};
 use support::rtl::Traced;
 use tapline::engine::encode::needs;
 use tapline::engine::probe::{RtlProbe, rtl};
@@ -291,7 +291,7 @@ fn no_bound_of_the_default_unit_is_vacuous() {
 fn random_unit(seed: u64) -> UnitSpec {
     let mut random = Random::new(seed);
     let mut spec = UnitSpec::default();
-    let mut below = |n: u32| u32::try_from(random.bits() % u64::from(n)).unwrap_or(0);
+    let mut below = |n: u32| u32::try_from(random.word() % u64::from(n)).unwrap_or(0);
     for format in &mut spec.config.formats {
         let cut = below(9);
         format.frac = format.frac.saturating_sub(cut).max(4);

@@ -6,7 +6,7 @@ use rtl_model::stages::{Sink, address};
 use rtl_model::texture::Texels;
 use rtl_model::unit::{Alone, Results, State};
 use rtl_model::{Texture, Unit};
-use support::reference::{Random, scaled};
+use support::reference::{Draw, Random, scaled};
 use tapline::engine::encode::{needs, texture, words};
 use tapline::engine::probe::{RtlProbe, rtl, to_f64};
 use tapline::fragment::Fragment;

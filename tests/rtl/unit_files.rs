@@ -6,7 +6,7 @@
 
 use proptest::prelude::*;
 use rtl_model::fx::Rounding;
-use support::reference::Random;
+use support::reference::{Draw as _, Random};
 use tapline::unit::UnitSpec;
 use tapline::unit::file::{from_toml, to_toml};
 use tapline::unit::knobs::Value;
@@ -20,7 +20,7 @@ fn key(path: &str) -> &str {
 fn random_unit(seed: u64) -> UnitSpec {
     let mut random = Random::new(seed);
     let mut spec = UnitSpec::default();
-    let below = |random: &mut Random, n: u64| random.bits() % n;
+    let below = |random: &mut Random, n: u64| random.word() % n;
     for knob in UnitSpec::default().knobs() {
         if below(&mut random, 3) != 0 {
             continue;

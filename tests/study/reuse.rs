@@ -89,7 +89,9 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
             if !std::ptr::eq(base, &raw const bases[0]) && tried % 4 != 0 {
                 continue;
             }
-            let Some(spec) = others(&knob.value, &knob.legal).iter().rev().find_map(legal) else {
+            let Some(spec) =
+                others(&knob.path, &knob.value, &knob.legal).iter().rev().find_map(legal)
+            else {
                 continue;
             };
             let settings = spec.settings(ReferenceAxis::Exact);

@@ -1,42 +1,25 @@
 //! What the tests of the float reference share: fragments at random, maps, and a plain independent
 //! evaluation of the reflected look-up.
 
+pub use tapline::base::random::Random;
 pub use tapline::conformance::extremes::PLAIN;
 use tapline::cube::{CubeLevel, CubeMap, FACE_AXES, direction, face_uv};
 use tapline::fragment::Fragment;
 use tapline::reference::{Env, Tap};
 use tapline::stage::Stage;
 
-/// A small generator with a fixed seed (splitmix64).
-pub struct Random(u64);
-
-impl Random {
-    /// The numbers of a seed.
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// The next word.
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// −1 … 1.
-    pub fn signed(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    /// Three numbers of −1 … 1.
-    pub fn vector(&mut self) -> [f64; 3] {
-        [self.signed(), self.signed(), self.signed()]
-    }
-
+/// What tests draw at random.
+pub trait Draw {
     /// A vector of length 0.5 … √3.
-    pub fn direction(&mut self) -> [f64; 3] {
+    fn direction(&mut self) -> [f64; 3];
+    /// A fragment with terms of order one, n and v not near grazing.
+    fn fragment(&mut self) -> Fragment;
+    /// A rotation.
+    fn rotation(&mut self) -> [[f64; 3]; 3];
+}
+
+impl Draw for Random {
+    fn direction(&mut self) -> [f64; 3] {
         loop {
             let v = self.vector();
             if dot(v, v) > 0.25 {
@@ -45,8 +28,7 @@ impl Random {
         }
     }
 
-    /// A fragment with terms of order one, n and v not near grazing.
-    pub fn fragment(&mut self) -> Fragment {
+    fn fragment(&mut self) -> Fragment {
         loop {
             let (v, n, h) = (self.direction(), self.direction(), self.direction());
             let c = cross(h, n);
@@ -67,8 +49,7 @@ impl Random {
         }
     }
 
-    /// A rotation.
-    pub fn rotation(&mut self) -> [[f64; 3]; 3] {
+    fn rotation(&mut self) -> [[f64; 3]; 3] {
         let a = unit(self.direction());
         let b = unit(cross(a, self.direction()));
         [a, b, cross(a, b)]

@@ -1,5 +1,7 @@
 //! The fingerprint of the device that is there.
 
+use std::sync::OnceLock;
+
 use tapline::fingerprint::aniso::Width;
 use tapline::fingerprint::levels::Log;
 use tapline::fingerprint::model::{Corner, Line, Seam};
@@ -12,8 +14,12 @@ use tapline::sampler::{Format, Source};
 
 pub(crate) use support::gpu::device as gpu;
 
-fn of(gpu: &Gpu) -> Fingerprint {
-    fingerprint(&mut DeviceSampler::new(gpu), &|_| {}).expect("the device does its work")
+/// The device's fingerprint, taken once for all tests.
+fn of(gpu: &Gpu) -> &'static Fingerprint {
+    static FOUND: OnceLock<Fingerprint> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        fingerprint(&mut DeviceSampler::new(gpu), &|_| {}).expect("the device does its work")
+    })
 }
 
 #[test]

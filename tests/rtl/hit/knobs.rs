@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use rtl_model::Tap;
-use rtl_model::fx::Overflow;
-use rtl_model::regs::{Kind, Reg};
+use rtl_model::regs::Reg;
 use tapline::distance::{Distance, DistanceCube};
 use tapline::engine::hit::{HitF64, HitResult, HitRtl, words};
 use tapline::fragment::HitFragment;
@@ -12,20 +11,20 @@ use tapline::unit::knobs::Value;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 use super::{ROOM, ray, rays};
-use support::knobs::others;
+use support::knobs::{Enables, Sight, assert_none_dead};
 
 /// What must be set for a path to count.
-const ENABLES: &[(&str, &[(&str, &str)])] = &[
-    ("registers.hit.halved", &[("hit.method", "illinois")]),
-    ("registers.hit.inv_normal", &[("hit.footprint", "plane")]),
-    ("registers.hit.normal", &[("hit.footprint", "plane")]),
-    ("registers.hit.cosine", &[("hit.footprint", "plane")]),
-    ("registers.hit.inv_cosine", &[("hit.footprint", "plane")]),
-    ("registers.hit.along", &[("hit.footprint", "plane")]),
-    ("registers.hit.slope", &[("hit.footprint", "plane")]),
+const ENABLES: &Enables = &[
+    ("registers.hit.halved", &[("hit.method", "\"illinois\"")]),
+    ("registers.hit.inv_normal", &[("hit.footprint", "\"plane\"")]),
+    ("registers.hit.normal", &[("hit.footprint", "\"plane\"")]),
+    ("registers.hit.cosine", &[("hit.footprint", "\"plane\"")]),
+    ("registers.hit.inv_cosine", &[("hit.footprint", "\"plane\"")]),
+    ("registers.hit.along", &[("hit.footprint", "\"plane\"")]),
+    ("registers.hit.slope", &[("hit.footprint", "\"plane\"")]),
     // Long steps are those of rays that start outside.
-    ("registers.hit.step", &[("hit.outside", "hlsl")]),
-    ("registers.hit.d", &[("hit.outside", "hlsl")]),
+    ("registers.hit.step", &[("hit.outside", "\"hlsl\"")]),
+    ("registers.hit.d", &[("hit.outside", "\"hlsl\"")]),
 ];
 
 /// Registers that hold nothing below the symmetric range.
@@ -97,121 +96,57 @@ fn corpus() -> Vec<HitFragment> {
     out
 }
 
+#[derive(PartialEq)]
 struct Run {
     registers: Vec<BTreeMap<(Reg, usize), (i64, i64)>>,
     results: Vec<HitResult>,
 }
 
-fn run(spec: &UnitSpec, maps: &[Distance], rays: &[HitFragment]) -> Option<Run> {
-    let mut out = Run { registers: Vec::new(), results: Vec::new() };
-    for map in maps {
-        let engine = HitRtl::new(spec, map, None, 64).ok()?;
-        for ray in rays {
-            let mut values = Values::default();
-            let (block, results) = engine.lanes::<1, _>(&[words(ray)], &mut values);
-            out.registers.push(values.0);
-            out.results.push(engine.result(&block, &results, 0));
-        }
-    }
-    Some(out)
+struct Rays {
+    maps: [Distance; 2],
+    rays: Vec<HitFragment>,
 }
 
-fn enabled(path: &str) -> UnitSpec {
-    let mut spec = UnitSpec::default();
-    for (prefix, settings) in ENABLES {
-        if path.starts_with(&format!("{prefix}.")) {
-            for (path, value) in *settings {
-                let value = Value::Text((*value).into());
-                spec.set(path, &value).expect("a legal setting");
+impl Sight for Rays {
+    type Seen = Run;
+
+    fn enables(&self) -> &Enables {
+        ENABLES
+    }
+
+    fn never_below(&self) -> &[Reg] {
+        NEVER_BELOW
+    }
+
+    fn see(&self, spec: &UnitSpec) -> Option<Run> {
+        let mut out = Run { registers: Vec::new(), results: Vec::new() };
+        for map in &self.maps {
+            let engine = HitRtl::new(spec, map, None, 64).ok()?;
+            for ray in &self.rays {
+                let mut values = Values::default();
+                let (block, results) = engine.lanes::<1, _>(&[words(ray)], &mut values);
+                out.registers.push(values.0);
+                out.results.push(engine.result(&block, &results, 0));
             }
         }
+        Some(out)
     }
-    spec
-}
 
-/// Overflow modes that show nowhere while the register is shortened bit by bit.
-fn dead_modes(reg: Reg, maps: &[Distance], rays: &[HitFragment]) -> Vec<String> {
-    let info = reg.info();
-    let path = format!("registers.{}.{}", info.stage, info.name);
-    let mut spec = enabled(&format!("{path}.overflow"));
-    let flag = format!("{}.{}.saturated", info.stage, info.name);
-    let mut left: Vec<Overflow> = Overflow::ALL
-        .iter()
-        .copied()
-        .filter(|m| *m != Overflow::Saturate)
-        .filter(|m| *m != Overflow::SaturateSymmetric || !NEVER_BELOW.contains(&reg))
-        .collect();
-    let widest = spec.config.format(reg).magnitude_bits();
-    for bits in (1..=widest).rev() {
-        // Integer bits first; below them the register keeps fewer of the fraction and none of the whole.
-        let format = &mut spec.config.formats[reg.index()];
-        format.int = format.int.saturating_sub(1);
-        let _ = bits;
-        let Some(base) = run(&spec, maps, rays) else {
-            continue;
-        };
-        if base.results.iter().any(|r| r.flags.contains(&flag)) {
-            left.retain(|mode| {
-                let mut other = spec.clone();
-                other.config.formats[reg.index()].overflow = *mode;
-                run(&other, maps, rays).is_none_or(|o| o.registers == base.registers)
-            });
-        }
-        if left.is_empty() || spec.config.format(reg).int == 0 {
-            break;
-        }
+    fn differs(&self, base: &Run, other: &UnitSpec) -> Option<bool> {
+        self.see(other).map(|other| other != *base)
     }
-    left.iter().map(|m| format!("{path}.overflow = {}", m.name())).collect()
+
+    fn saturated(&self, seen: &Run, reg: Reg) -> bool {
+        let flag = format!("hit.{}.saturated", reg.info().name);
+        seen.results.iter().any(|r| r.flags.contains(&flag))
+    }
 }
 
 #[test]
 fn no_knob_of_hit_is_dead() {
-    let maps = [ROOM, stepped()];
-    let rays = corpus();
-    let mut dead = Vec::new();
-    let mut tried = 0;
-    for knob in UnitSpec::default().knobs() {
-        let path = knob.path.as_str();
-        if !path.starts_with("hit.") && !path.starts_with("registers.hit.") {
-            continue;
-        }
-        tried += 1;
-        let reg = path
-            .strip_prefix("registers.hit.")
-            .and_then(|rest| Reg::find("hit", rest.split('.').next()?));
-        if let (Some(reg), true) = (reg, path.ends_with(".overflow")) {
-            assert_eq!(reg.info().kind, Kind::Fixed);
-            dead.extend(dead_modes(reg, &maps, &rays));
-            continue;
-        }
-        let spec = enabled(path);
-        let base = run(&spec, &maps, &rays).expect("a legal unit");
-        let value = spec.get(path).expect("a listed path");
-        let each = matches!(value, Value::Text(_)) && reg.is_none();
-        let mut shown = false;
-        for value in others(&value, &knob.legal) {
-            let mut other = spec.clone();
-            if other.set(path, &value).is_err() {
-                continue;
-            }
-            let Some(changed) = run(&other, &maps, &rays) else {
-                continue;
-            };
-            let differs = changed.registers != base.registers || changed.results != base.results;
-            shown |= differs;
-            if each && !differs {
-                dead.push(format!("{path} = {value}"));
-            }
-            if shown && !each {
-                break;
-            }
-        }
-        if !shown {
-            dead.push(path.into());
-        }
-    }
-    assert!(tried > 90, "only {tried} paths");
-    assert!(dead.is_empty(), "{} dead of {tried}: {dead:#?}", dead.len());
+    let rays = Rays { maps: [ROOM, stepped()], rays: corpus() };
+    let ours = |path: &str| path.starts_with("hit.") || path.starts_with("registers.hit.");
+    assert_none_dead(&rays, ours, 91);
 }
 
 #[test]

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 use rtl_model::Tap;
 use rtl_model::regs::Reg;
+use tapline::base::random::Random;
 use tapline::cube::direction;
 use tapline::distance::{Distance, DistanceCube};
 use tapline::engine::hit::{HitF64, HitResult, HitRtl, words};
@@ -40,13 +41,9 @@ fn default_both(distance: &Distance, ray: &HitFragment) -> [HitResult; 2] {
 
 /// Directions and starts inside of the room, the same on every machine.
 fn rays(count: usize) -> Vec<HitFragment> {
-    let mut state = 0x9e37_79b9_7f4a_7c15u64;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        f64::from(u32::try_from(state >> 40).unwrap_or(0)) / 8_388_608.0 - 1.0
-    };
+    let mut random = Random::new(1);
+    // 24 bits, which every register of a ray holds.
+    let mut next = || libm::ldexp((random.word() >> 40) as f64, -23) - 1.0;
     (0..count)
         .map(|_| {
             let x = [2.0 * next(), 1.5 * next(), 1.25 * next()];

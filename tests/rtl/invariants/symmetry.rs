@@ -5,7 +5,7 @@ use tapline::engine::encode;
 use tapline::fragment::Fragment;
 use tapline::unit::UnitSpec;
 
-use support::reference::{Random, map, smaller, symmetries, turned, turned_map};
+use support::reference::{Draw, Random, map, smaller, symmetries, turned, turned_map};
 use support::rtl::trace;
 
 /// Turning the fragment and the map together changes no bit: roundings half to even are odd functions, `|ma|` has no sign, the

@@ -11,7 +11,7 @@ use tapline::engine::probe::Code;
 use tapline::fragment::Fragment;
 use tapline::unit::{UnitSpec, file};
 
-use support::reference::{PLAIN, Random, map, smaller};
+use support::reference::{Draw, PLAIN, Random, map, smaller};
 use support::rtl::{Traced, lod, trace};
 use tapline::conformance::extremes::straight;
 
@@ -44,7 +44,7 @@ fn units() -> Vec<UnitSpec> {
 
 /// Half floats of many magnitudes: the unit holds each exactly.
 fn texel(random: &mut Random) -> f32 {
-    half::f16::from_bits((random.bits() % 0x7800) as u16).to_f32()
+    half::f16::from_bits((random.word() % 0x7800) as u16).to_f32()
 }
 
 /// A map of texels at random on every level: no level is the mean of another.
@@ -160,7 +160,7 @@ fn a_point_sample_at_a_texels_centre_is_that_texel() {
         let texture = texture(spec, &map);
         for face in 0..6 {
             for _ in 0..12 {
-                let [x, y] = [0; 2].map(|_| random.bits() as usize % size);
+                let [x, y] = [0; 2].map(|_| random.word() as usize % size);
                 let [u, v] = [x, y].map(|i| (i as f64 + 0.5) / size as f64 * 2.0 - 1.0);
                 let d = direction(face, u, v);
                 let f = Fragment { v: d, n: d, ..straight([[0.0; 2]; 2]) };

@@ -4,14 +4,9 @@ use rtl_model::Config;
 use rtl_model::cone::{Angle, Cone, ConeFormat, SmallFloat, StoreRounding, Width, fast};
 use rtl_model::fx::Flags;
 use rtl_model::stages::ray_cone::{self, Cfg};
+use tapline::base::random::Random;
 use tapline::engine::cones::propagate_batch;
 use tapline::engine::dispatch::Level;
-
-fn mix(x: u64) -> u64 {
-    let x = x.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    x ^ (x >> 29)
-}
 
 fn low(x: u64) -> u32 {
     u32::try_from(x & 0xffff_ffff).unwrap()
@@ -38,7 +33,8 @@ fn cases(format: SmallFloat, n: u64, odd: bool) -> (Vec<Cone>, Vec<u32>) {
     let mut cones = Vec::new();
     let mut distances = Vec::new();
     for i in 0..n {
-        let bits = mix(i);
+        let mut random = Random::new(i);
+        let bits = random.word();
         let angle = finite(low(bits % codes));
         let width = finite(low((bits >> 20) % codes));
         let (angle, width) = match i % 16 {
@@ -54,7 +50,7 @@ fn cases(format: SmallFloat, n: u64, odd: bool) -> (Vec<Cone>, Vec<u32>) {
             0 => near,
             1 => near.wrapping_add(low(bits >> 40) % 5).wrapping_sub(2),
             2 => low(bits >> 32) & 0x80ff_ffff | (100 + low(bits >> 3) % 60) << 23,
-            _ => low(mix(bits)),
+            _ => low(random.word()),
         };
         let raw = d & 0x7fff_ffff;
         let normal = (0x0080_0000..0x7f80_0000).contains(&raw) || raw == 0;

@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 
 use rtl_model::Tap;
 use rtl_model::cone::Cone;
-use rtl_model::fx::{Flags, Overflow};
-use rtl_model::regs::{Kind, Reg};
+use rtl_model::fx::Flags;
+use rtl_model::regs::Reg;
 use tapline::engine::tex::{TexRtl, words};
 use tapline::fragment::{Tangents, TexFragment};
 use tapline::image::mips::build_planar_mips;
 use tapline::planar::{PlanarLevel, PlanarMap};
 use tapline::unit::UnitSpec;
-use tapline::unit::knobs::Value;
 
 use super::{Random, request};
-use support::knobs::others;
+use support::knobs::{Enables, Sight, assert_none_dead};
 
 /// Values (not codes) of every register of a request.
 #[derive(Default, PartialEq)]
@@ -28,13 +27,10 @@ impl Tap for Values {
     }
 }
 
-/// Registers that never hold less than −1 once their integer bits are gone: for them symmetric saturation is saturation.
-const NEVER_BELOW: &[Reg] = &[];
-
 fn map() -> PlanarMap {
     let mut numbers = Random::new(31);
     let texels = (0..32 * 16).map(|_| {
-        let byte = |n: &mut Random| f32::from(u8::try_from(n.bits() >> 56).unwrap()) / 256.0;
+        let byte = |n: &mut Random| f32::from(u8::try_from(n.word() >> 56).unwrap()) / 256.0;
         [byte(&mut numbers), byte(&mut numbers), byte(&mut numbers)]
     });
     build_planar_mips(PlanarLevel { size: [32, 16], texels: texels.collect() })
@@ -77,98 +73,51 @@ fn corpus() -> Vec<(TexFragment, f64)> {
 
 type Found = (Vec<Values>, Vec<[i64; 3]>, Vec<Flags>);
 
-fn run(spec: &UnitSpec, map: &PlanarMap, corpus: &[(TexFragment, f64)]) -> Option<Found> {
-    let engine = TexRtl::new(spec, map).ok()?;
-    let cfg = &engine.unit.cone;
-    let mut out: Found = Default::default();
-    for (fragment, width) in corpus {
-        let mut flags = Flags::default();
-        let cone: Cone = cfg.load([0, width.to_bits()], &mut cfg.dither(0), &mut flags);
-        let mut values = Values::default();
-        let (_, results) = engine.lanes::<1, _>(&[words(fragment, cone)], &mut values);
-        out.0.push(values);
-        out.1.push(results.color[0]);
-        out.2.push(results.flags[0]);
-    }
-    Some(out)
+struct Requests {
+    map: PlanarMap,
+    corpus: Vec<(TexFragment, f64)>,
 }
 
-/// Overflow modes that show nowhere while the register loses its integer bits and then its upper fraction bits.
-fn dead_modes(reg: Reg, map: &PlanarMap, corpus: &[(TexFragment, f64)]) -> Vec<String> {
-    let info = reg.info();
-    let mut left: Vec<Overflow> = Overflow::ALL
-        .iter()
-        .copied()
-        .filter(|m| *m != Overflow::Saturate)
-        .filter(|m| *m != Overflow::SaturateSymmetric || !NEVER_BELOW.contains(&reg))
-        .collect();
-    let mut spec = UnitSpec::default();
-    while spec.config.format(reg).int > 0 && !left.is_empty() {
-        spec.config.formats[reg.index()].int -= 1;
-        let Some(base) = run(&spec, map, corpus) else {
-            continue;
-        };
-        if base.2.iter().any(|flags| flags.has(reg)) {
-            left.retain(|mode| {
-                let mut other = spec.clone();
-                other.config.formats[reg.index()].overflow = *mode;
-                run(&other, map, corpus).is_none_or(|found| found.0 == base.0)
-            });
-        }
+impl Sight for Requests {
+    type Seen = Found;
+
+    fn enables(&self) -> &Enables {
+        &[]
     }
-    let name = |m: &Overflow| format!("{}.{} {}", info.stage, info.name, m.name());
-    left.iter().map(name).collect()
+
+    fn never_below(&self) -> &[Reg] {
+        &[]
+    }
+
+    fn see(&self, spec: &UnitSpec) -> Option<Found> {
+        let engine = TexRtl::new(spec, &self.map).ok()?;
+        let cfg = &engine.unit.cone;
+        let mut out: Found = Default::default();
+        for (fragment, width) in &self.corpus {
+            let mut flags = Flags::default();
+            let cone: Cone = cfg.load([0, width.to_bits()], &mut cfg.dither(0), &mut flags);
+            let mut values = Values::default();
+            let (_, results) = engine.lanes::<1, _>(&[words(fragment, cone)], &mut values);
+            out.0.push(values);
+            out.1.push(results.color[0]);
+            out.2.push(results.flags[0]);
+        }
+        Some(out)
+    }
+
+    fn differs(&self, base: &Found, other: &UnitSpec) -> Option<bool> {
+        self.see(other).map(|found| found.0 != base.0 || found.1 != base.1)
+    }
+
+    fn saturated(&self, seen: &Found, reg: Reg) -> bool {
+        seen.2.iter().any(|flags| flags.has(reg))
+    }
 }
 
 #[test]
 fn no_knob_of_tex_is_dead() {
-    let (map, corpus) = (map(), corpus());
-    let mut dead = Vec::new();
-    let mut tried = 0;
-    let base = run(&UnitSpec::default(), &map, &corpus).unwrap();
-    for knob in UnitSpec::default().knobs() {
-        let path = knob.path.as_str();
-        let ours = [
-            "surface_footprint.",
-            "registers.surface_footprint.",
-            "address.wrap_",
-            "cone.gradient",
-        ];
-        if !ours.iter().any(|prefix| path.starts_with(prefix)) {
-            continue;
-        }
-        tried += 1;
-        let reg = path
-            .strip_prefix("registers.surface_footprint.")
-            .and_then(|rest| Reg::find("surface_footprint", rest.split('.').next()?));
-        if let (Some(reg), true) = (reg, path.ends_with(".overflow")) {
-            assert_eq!(reg.info().kind, Kind::Fixed);
-            dead.extend(dead_modes(reg, &map, &corpus));
-            continue;
-        }
-        let each = reg.is_none() && matches!(knob.value, Value::Text(_));
-        let mut shown = false;
-        for value in others(&knob.value, &knob.legal) {
-            let mut other = UnitSpec::default();
-            if other.set(path, &value).is_err() {
-                continue;
-            }
-            let Some(found) = run(&other, &map, &corpus) else {
-                continue;
-            };
-            let differs = found.0 != base.0 || found.1 != base.1;
-            shown |= differs;
-            if each && !differs {
-                dead.push(format!("{path} = {value}"));
-            }
-            if shown && !each {
-                break;
-            }
-        }
-        if !shown {
-            dead.push(path.into());
-        }
-    }
-    assert!(tried > 80, "only {tried} paths");
-    assert!(dead.is_empty(), "{} dead of {tried}: {dead:#?}", dead.len());
+    let ours =
+        ["surface_footprint.", "registers.surface_footprint.", "address.wrap_", "cone.gradient"];
+    let ours = |path: &str| ours.iter().any(|prefix| path.starts_with(prefix));
+    assert_none_dead(&Requests { map: map(), corpus: corpus() }, ours, 81);
 }

@@ -16,7 +16,7 @@ use super::{Random, request};
 /// Texels of few bits, so that the half format holds them.
 fn texture(size: [usize; 2], seed: u64) -> PlanarMap {
     let mut numbers = Random::new(seed);
-    let mut byte = || f32::from(u8::try_from(numbers.bits() >> 56).unwrap_or(0)) / 256.0;
+    let mut byte = || f32::from(u8::try_from(numbers.word() >> 56).unwrap_or(0)) / 256.0;
     let texels = (0..size[0] * size[1]).map(|_| [byte(), byte(), byte()]).collect();
     build_planar_mips(PlanarLevel { size, texels })
 }
