@@ -13,6 +13,25 @@ pub enum Kernel {
     FilterPlanar,
 }
 
+/// A register of a kernel's results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Register {
+    /// Its name in its stage.
+    pub name: &'static str,
+    /// Words.
+    pub words: usize,
+    /// Whether it is a whole number and not an f32.
+    pub whole: bool,
+}
+
+impl Register {
+    /// `name` for one f32, `name 3` for three, `name u32` for a whole number.
+    fn parse(text: &'static str) -> Self {
+        let (name, kind) = text.split_once(' ').unwrap_or((text, "1"));
+        Self { name, words: kind.parse().unwrap_or(1), whole: kind == "u32" }
+    }
+}
+
 /// The operations that run in one kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fused {
@@ -116,6 +135,25 @@ impl Kernel {
                 Stage::Filter => stage!("filter"),
             },
         }
+    }
+
+    /// The registers that a stage's kernel writes, as the head of its file lists them: `Registers: a, b 3; of every probe:
+    /// c u32.` What comes of every probe or look-up is there `repeats` times.
+    #[must_use]
+    pub fn registers(self, repeats: usize) -> Vec<Register> {
+        let list = self.own().strip_prefix("// Registers: ").and_then(|s| s.split_once('.'));
+        let mut out = Vec::new();
+        for group in list.map_or("", |(list, _)| list).split(';') {
+            let (times, names) = match group.split_once(':') {
+                Some((_, names)) => (repeats, names),
+                None => (1, group),
+            };
+            let words = |name: &'static str| name.trim_start_matches(['\n', '/', ' ']);
+            let one: Vec<Register> =
+                names.split(',').map(|name| Register::parse(words(name))).collect();
+            (0..times).for_each(|_| out.extend(&one));
+        }
+        out
     }
 
     /// The whole module, as the device compiles it. Its entry point is `main`, 64 invocations a workgroup.

@@ -5,14 +5,15 @@
 //! `address` and `filter` that depend on registers of the same stage are checked from the device's own ones, step by step.
 //! A result beyond its tolerance is explained only where a comparison lies nearer to its limit than the errors of its sides.
 
-mod behind;
+mod back_end;
+mod cases;
 mod env;
 mod hit;
 mod hit_stage;
 mod probes;
 mod tex;
 
-use env::{Rotation, rotation};
+use back_end::BackEnd;
 
 pub use env::check_env;
 pub use hit::check_hit;
@@ -22,36 +23,12 @@ use std::collections::HashMap;
 
 use super::bounded::{Bounded, EPSILON};
 use crate::gpu::dispatch::{Program, Words};
-use crate::gpu::kernels::Kernel;
-use crate::gpu::maps::Maps;
-use crate::gpu::policy::{Policy, to_f32};
+use crate::gpu::kernels::{Kernel, Register};
 use crate::gpu::{Gpu, GpuError};
-use crate::reference::{Flag, Flags, Tap};
 use crate::stage::Stage;
 
 /// Fragments whose operands are put together before the kernels run.
 const CHUNK: usize = 1 << 14;
-
-/// A register of a kernel's results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Register {
-    /// Its name in its stage.
-    pub name: &'static str,
-    /// Words.
-    pub words: usize,
-    /// Whether it is a whole number and not an f32.
-    pub whole: bool,
-}
-
-/// A register of f32.
-const fn float(name: &'static str, words: usize) -> Register {
-    Register { name, words, whole: false }
-}
-
-/// A register that is one whole number.
-const fn whole(name: &'static str) -> Register {
-    Register { name, words: 1, whole: true }
-}
 
 /// What a word of the results must be: the value, and how far a device may be from it. No value: not compared.
 pub type Expected = Option<(f64, f64)>;
@@ -185,77 +162,6 @@ impl StageChecks {
     }
 }
 
-/// The registers of one fragment at one stage, with their errors, as the reference puts them.
-#[derive(Clone, Debug, Default)]
-struct Recorder {
-    put: Vec<(&'static str, usize, f64, f64)>,
-}
-
-impl Tap for Recorder {
-    fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
-        self.put_with_error(stage, register, component, value, 0.0);
-    }
-
-    fn put_with_error(
-        &mut self,
-        _: Stage,
-        register: &'static str,
-        component: usize,
-        value: f64,
-        error: f64,
-    ) {
-        self.put.push((register, component, value, error));
-    }
-
-    fn event(&mut self, _: &'static str) {}
-}
-
-impl Recorder {
-    fn get(&self, register: &str, component: usize) -> Expected {
-        self.put
-            .iter()
-            .find(|(name, c, ..)| *name == register && *c == component)
-            .map(|(_, _, value, error)| (*value, *error))
-    }
-
-    /// The words of a kernel that writes `registers`.
-    fn expected(&self, registers: &[Register]) -> Vec<Expected> {
-        let words = registers.iter().flat_map(|r| (0..r.words).map(|c| (r.name, c)));
-        words.map(|(name, c)| self.get(name, c)).collect()
-    }
-
-    fn add(&mut self, register: &'static str, value: u32) {
-        self.put.push((register, 0, value.into(), 0.0));
-    }
-
-    fn flags(&mut self, flags: Flags) {
-        let bits = Flag::ALL
-            .into_iter()
-            .filter(|flag| flags.contains(*flag))
-            .fold(0, |bits, flag| bits | super::bit(flag));
-        self.add("flags", bits);
-    }
-}
-
-/// A number as the next stage gets it.
-fn handed_on(x: Bounded) -> Bounded {
-    Bounded::exact(f64::from(to_f32(x.value)))
-}
-
-fn handed<const N: usize>(v: [Bounded; N]) -> [Bounded; N] {
-    v.map(handed_on)
-}
-
-/// Doubles as a kernel gets them.
-fn ports<const N: usize>(v: [f64; N]) -> [Bounded; N] {
-    v.map(|x| Bounded::exact(f64::from(to_f32(x))))
-}
-
-/// The words of numbers that are f32.
-fn bits(values: &[Bounded]) -> impl Iterator<Item = u32> {
-    values.iter().map(|x| to_f32(x.value).to_bits())
-}
-
 /// The number in a word.
 fn number(word: u32) -> f64 {
     f64::from(f32::from_bits(word))
@@ -274,6 +180,9 @@ fn exactly(x: u32) -> Expected {
     Some((x.into(), 0.0))
 }
 
+/// What the words of a case's results must be, from the case's index, its operands and the results themselves.
+type FromResults<'a> = &'a dyn Fn(usize, &[u32], &[u32]) -> Vec<Expected>;
+
 /// Where checks of a scene run.
 struct Checker<'a> {
     gpu: &'a Gpu,
@@ -281,49 +190,46 @@ struct Checker<'a> {
     found: StageChecks,
 }
 
-/// A stage's kernel, the maps and the policy that it runs with, and its results' registers.
-struct Station<'a> {
-    kernel: Kernel,
-    maps: &'a Maps,
-    policy: &'a Policy,
-    registers: &'a [Register],
-}
-
 impl<'a> Checker<'a> {
     fn new(gpu: &'a Gpu) -> Self {
         Self { gpu, programs: HashMap::new(), found: StageChecks::default() }
     }
 
-    /// Runs the cases of a stage; `from_results` completes what follows from the device's own results.
+    /// Runs the cases of a stage with the maps and the policy of `back`; `from_results` says what follows from the device's
+    /// own results.
     fn stage(
         &mut self,
-        station: &Station<'_>,
-        cases: &mut [Case],
-        from_results: &dyn Fn(&mut Case, &[u32]),
+        back: &BackEnd<'_>,
+        (kernel, registers): (Kernel, &[Register]),
+        mut cases: Vec<Case>,
+        from_results: Option<FromResults<'_>>,
     ) -> Result<(), GpuError> {
         let Some(first) = cases.first() else {
             return Ok(());
         };
-        let words = Words {
-            input: first.operands.len(),
-            output: station.registers.iter().map(|r| r.words).sum(),
-        };
+        let words =
+            Words { input: first.operands.len(), output: registers.iter().map(|r| r.words).sum() };
         let input: Vec<u32> = cases.iter().flat_map(|c| c.operands.iter().copied()).collect();
-        let program = match self.programs.entry(station.kernel) {
+        let program = match self.programs.entry(kernel) {
             std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
             std::collections::hash_map::Entry::Vacant(entry) => {
-                entry.insert(Program::new(self.gpu, station.kernel)?)
+                entry.insert(Program::new(self.gpu, kernel)?)
             }
         };
-        let (maps, policy) = (station.maps, station.policy);
+        let (maps, policy) = (&back.maps, &back.policy);
         let results = program.run(self.gpu, maps, policy, words, (&input, &[]), &|_| {})?;
-        let stage = match station.kernel {
+        let stage = match kernel {
             Kernel::Stage(stage) => stage,
             Kernel::FilterPlanar | Kernel::Fused(_) => Stage::Filter,
         };
-        for (case, results) in cases.iter_mut().zip(results.chunks_exact(words.output)) {
-            from_results(case, results);
-            self.found.judge(stage, station.registers, case, results);
+        let results = results.chunks_exact(words.output);
+        for (index, (case, results)) in cases.iter_mut().zip(results).enumerate() {
+            if let Some(from_results) = from_results {
+                let _ = Bounded::undecided();
+                case.expected = from_results(index, &case.operands, results);
+                case.undecided = Bounded::undecided() > 0;
+            }
+            self.found.judge(stage, registers, case, results);
         }
         Ok(())
     }
@@ -352,22 +258,14 @@ impl Row {
     }
 }
 
-/// Runs `work` with a recorder and tells whether it made a comparison that a device may decide otherwise.
-fn recorded<T>(work: impl FnOnce(&mut Recorder, &mut Flags) -> T) -> (T, Recorder, bool) {
-    let mut recorder = Recorder::default();
-    let mut flags = Flags::default();
-    let _ = Bounded::undecided();
-    let out = work(&mut recorder, &mut flags);
-    let undecided = Bounded::undecided() > 0;
-    recorder.flags(flags);
-    (out, recorder, undecided)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const REGISTERS: &[Register] = &[float("k", 2), whole("probes")];
+    const REGISTERS: &[Register] = &[
+        Register { name: "k", words: 2, whole: false },
+        Register { name: "probes", words: 1, whole: true },
+    ];
 
     fn case(undecided: bool) -> Case {
         Case {

@@ -1,9 +1,10 @@
 //! The checks of the HIT operation's stages.
 
-use super::behind::{Behind, Footing};
-use super::env::{CUBE_FACE, facing_case};
-use super::hit_stage::{Walls, expected, registers};
-use super::{Bounded, CHUNK, Case, Checker, StageChecks, Station, ports, rotation};
+use super::back_end::BackEnd;
+use super::cases::{Cases, ports};
+use super::env::{facing, rotation};
+use super::hit_stage::{Walls, expected};
+use super::{CHUNK, Case, Checker, StageChecks};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
@@ -13,7 +14,6 @@ use crate::engine::gpu::hit::encode;
 use crate::engine::hit::HitF64;
 use crate::fragment::HitFragment;
 use crate::gpu::kernels::Kernel;
-use crate::gpu::maps::Maps;
 use crate::gpu::{Gpu, GpuError};
 use crate::reference::{Distances, Flag, Tap};
 use crate::settings::Settings;
@@ -21,12 +21,12 @@ use crate::stage::Stage;
 
 /// D of a fragment, as the reference puts it.
 #[derive(Default)]
-struct Matrix([f64; 4]);
+struct Matrix([[f64; 2]; 2]);
 
 impl Tap for Matrix {
     fn put(&mut self, stage: Stage, register: &'static str, component: usize, value: f64) {
         if stage == Stage::Jacobian && register == "d" {
-            self.0[component] = value;
+            self.0.as_flattened_mut()[component] = value;
         }
     }
 
@@ -45,11 +45,8 @@ pub fn check_hit(
     rays: &[([u32; 2], HitFragment)],
     progress: Progress<'_>,
 ) -> Result<StageChecks, GpuError> {
-    let behind = Behind::cube(gpu, settings, map)?;
-    let maps = Maps::none(gpu)?.with_distance(gpu, distance)?;
-    let policy = behind.policy.clone().with_distance(distance);
+    let back = BackEnd::cube(gpu, settings, map)?.with_distance(gpu, distance)?;
     let distances = Distances::new(distance);
-    let rotation = rotation(settings);
     let walls = Walls {
         distances: &distances,
         half_edges: match distance {
@@ -60,59 +57,37 @@ pub fn check_hit(
             Distance::Sphere(radius) => Some(*radius),
             Distance::Cube(_) | Distance::Box(_) => None,
         },
-        rotation,
+        rotation: rotation(settings),
         settings,
     };
     let reference = HitF64::new(settings, distance, Some(map), map.size());
-    let registers = registers(settings.policy.hit.iterations);
+    let kernel = Kernel::Stage(Stage::Hit);
+    let registers = kernel.registers(num::usize(settings.policy.hit.iterations) + 1);
     let mut checker = Checker::new(gpu);
     for rays in rays.chunks(CHUNK) {
-        let mut cases = Vec::with_capacity(rays.len());
-        let mut faces = Vec::with_capacity(rays.len());
-        let mut footings = Vec::with_capacity(rays.len());
+        let mut searches = Vec::with_capacity(rays.len());
+        let mut cases = Cases::default();
+        let mut inputs = Vec::with_capacity(rays.len());
         for (pixel, ray) in rays {
             let mut operands = Operands::new(Flag::HitNotFinite);
             encode(&mut operands, ray);
             // The stage's own kernel takes no mark of a cone.
             operands.words.pop();
-            cases.push(Case { pixel: *pixel, operands: operands.words, ..Case::default() });
+            searches.push(Case { pixel: *pixel, operands: operands.words, ..Case::default() });
             let mut d = Matrix::default();
             let found = reference.trace(ray, &mut d);
-            let (case, facing) = facing_case(ports(found.hit.l), &walls.rotation, *pixel);
-            faces.push(case);
+            cases.pixel = *pixel;
+            let facing = facing(&mut cases, ports(found.hit.l), &walls.rotation);
             if found.env.is_some() {
-                let d: [Bounded; 4] = ports(d.0);
-                footings.push(Footing {
-                    pixel: *pixel,
-                    face: facing.face,
-                    centre: [facing.u, facing.v],
-                    d: [[d[0], d[1]], [d[2], d[3]]],
-                    rough: None,
-                });
+                let centre = [facing.u, facing.v];
+                inputs.push(back.fragment(&mut cases, facing.face, centre, &d.0.map(ports), None));
             }
         }
-        let station = Station {
-            kernel: Kernel::Stage(Stage::Hit),
-            maps: &maps,
-            policy: &policy,
-            registers: &registers,
+        let of_search = |index: usize, operands: &[u32], results: &[u32]| {
+            expected(&walls, &rays[index].1, operands, results)
         };
-        let fragments = std::cell::Cell::new(0);
-        checker.stage(&station, &mut cases, &|case, results| {
-            let (_, ray) = &rays[fragments.get()];
-            fragments.set(fragments.get() + 1);
-            let _ = Bounded::undecided();
-            case.expected = expected(&walls, ray, &case.operands, results);
-            case.undecided = Bounded::undecided() > 0;
-        })?;
-        let station = Station {
-            kernel: Kernel::Stage(Stage::CubeFace),
-            maps: &maps,
-            policy: &policy,
-            registers: CUBE_FACE,
-        };
-        checker.stage(&station, &mut faces, &|_, _| {})?;
-        behind.check(&mut checker, &footings)?;
+        checker.stage(&back, (kernel, &registers), searches, Some(&of_search))?;
+        back.check(&mut checker, cases, &inputs)?;
         checker.found.fragments += num::u64(rays.len());
         progress(num::u64(rays.len()));
     }

@@ -1,6 +1,7 @@
 //! The stage `hit` from the device's own registers: what every one must be, given those before it.
 
-use super::{Bounded, Expected, Register, Rotation, exactly, expect, float, number, own, whole};
+use super::env::Rotation;
+use super::{Bounded, Expected, exactly, expect, number, own};
 use crate::base::num;
 use crate::cube::{FACE_AXES, major_face};
 use crate::engine::gpu::bit;
@@ -17,25 +18,6 @@ use crate::settings::Settings;
 
 /// Words of the search before its first look-up, and after every one.
 const TURN: usize = 10;
-
-/// The registers of the kernel for so many look-ups.
-pub(super) fn registers(iterations: u32) -> Vec<Register> {
-    let mut out = vec![float("r", 3), float("radius", 1)];
-    for _ in 0..=iterations {
-        out.extend([
-            float("length", 1),
-            float("radius", 1),
-            float("ratio", 1),
-            float("step", 1),
-            float("d", 1),
-            float("l", 3),
-            whole("status"),
-            whole("done"),
-        ]);
-    }
-    out.extend([float("tangent", 6), float("width", 1), float("d", 4), whole("flags")]);
-    out
-}
 
 /// A distance map as the kernels read it.
 pub(super) struct Walls<'a> {
@@ -310,7 +292,7 @@ pub(super) fn expected(
         }
         out.extend([exactly(status_word(status)), exactly(u32::from(done))]);
     }
-    let (words, raised) = behind(walls, ray, operands, results, &turns, status, r);
+    let (words, raised) = footprint(walls, ray, operands, results, &turns, status, r);
     out.extend(words);
     // Whether a wall has a plane is no register.
     let all = (policy.footprint == HitFootprint::Disc).then_some(flags | raised);
@@ -319,7 +301,7 @@ pub(super) fn expected(
 }
 
 /// Tangents, width and D, and the flags of the face.
-fn behind(
+fn footprint(
     walls: &Walls<'_>,
     ray: &HitFragment,
     operands: &[u32],

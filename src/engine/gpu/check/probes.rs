@@ -3,21 +3,10 @@
 use super::{Bounded, EPSILON, Expected, exactly, expect, number, own};
 use crate::base::num;
 use crate::cube::{direction, face_uv, major_face};
+use crate::policy::Wrap;
 use crate::reference::Texture;
 use crate::reference::planar::{PlanarTexture, wrapped};
 use crate::reference::real::{Narrow as _, Real as _};
-use crate::settings::Settings;
-
-/// What the words of a probe must be, from those that the device has, on two levels.
-pub(super) type Probe<'a> = &'a dyn Fn(ProbeCase<'_>, &[u32], [usize; 2]) -> Vec<Expected>;
-
-/// A probe of a case of `filter`.
-pub(super) struct ProbeCase<'a> {
-    pub(super) operands: &'a [u32],
-    pub(super) index: u32,
-    pub(super) probes: u32,
-    pub(super) settings: &'a Settings,
-}
 
 /// centre + (2·index + 1 − probes)·step; `operands` start with the centre.
 pub(super) fn place(operands: &[u32], index: u32, probes: u32) -> [Bounded; 2] {
@@ -95,11 +84,9 @@ pub(super) fn bilinear(
 /// What the words of a probe on a cube must be, at the device's own address.
 pub(super) fn cube_probe(
     texture: &Texture<'_>,
-    case: ProbeCase<'_>,
     words: &[u32],
     levels: [usize; 2],
 ) -> Vec<Expected> {
-    let _ = case;
     let face = (words[0] as usize).min(5);
     let at = [own(words[1]), own(words[2])];
     // Face and place are registers of `address`, checked there.
@@ -126,16 +113,17 @@ pub(super) fn cube_probe(
     out
 }
 
-/// What the words of a probe on a 2-D texture must be.
+/// What the words of a probe on a 2-D texture must be; the probe is one of so many at a case's operands.
 pub(super) fn planar_probe(
     texture: &PlanarTexture<'_>,
-    case: ProbeCase<'_>,
+    wrap: [Wrap; 2],
+    (operands, index, probes): (&[u32], u32, u32),
     words: &[u32],
     levels: [usize; 2],
 ) -> Vec<Expected> {
-    let plane = place(case.operands, case.index, case.probes);
+    let plane = place(operands, index, probes);
     let mut out = Vec::new();
-    for (u, wrap) in plane.into_iter().zip(case.settings.policy.address.wrap()) {
+    for (u, wrap) in plane.into_iter().zip(wrap) {
         let value = wrapped(u.value, wrap);
         // The remainder's product is exact; the difference is rounded once.
         let moved = (value - u.value).abs();

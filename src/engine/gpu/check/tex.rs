@@ -1,10 +1,8 @@
 //! The checks of the TEX operation's stages.
 
-use super::behind::{Behind, Footing};
-use super::{
-    Bounded, Case, Checker, Register, StageChecks, Station, bits, expect, float, handed, ports,
-    recorded, whole,
-};
+use super::back_end::{BackEnd, FilterInput};
+use super::cases::{Cases, Operand as _, ports};
+use super::{Bounded, Checker, StageChecks};
 use crate::base::num;
 use crate::engine::Progress;
 use crate::engine::cones::{Asked, Cones, FloatCones, walk};
@@ -12,8 +10,6 @@ use crate::engine::gpu::Operands;
 use crate::engine::gpu::tex::{encode, step_words};
 use crate::engine::tex_subject::TexSubject;
 use crate::fragment::{Tangents, TexFragment};
-use crate::gpu::kernels::Kernel;
-use crate::gpu::maps::Maps;
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
 use crate::reference::Flag;
@@ -23,22 +19,6 @@ use crate::scene::tex::path::Path;
 use crate::settings::Settings;
 use crate::stage::Stage;
 
-const RAY_CONE: &[Register] = &[float("cone", 2)];
-const SURFACE: &[Register] = &[
-    float("d_unit", 3),
-    float("n_unit", 3),
-    float("cosine", 1),
-    float("across", 3),
-    float("along", 3),
-    float("dp_dx", 3),
-    float("dp_dy", 3),
-    float("grad_s", 3),
-    float("grad_t", 3),
-    float("ddx", 2),
-    float("ddy", 2),
-    float("d", 4),
-    whole("flags"),
-];
 /// Requests whose operands are put together before the kernels run.
 const ROWS: usize = 32;
 
@@ -107,49 +87,50 @@ fn rounded_step(step: Step) -> Step {
     }
 }
 
-fn cone_case(settings: &Settings, cone: Cone, step: Step, pixel: [u32; 2]) -> Case {
+/// The case of a step.
+fn cone(cases: &mut Cases, settings: &Settings, cone: Cone, step: Step) {
     let cone = ports([cone.angle.0, cone.width.0]);
-    let ([kind, operands @ ..], exact) = (step_words(step), rounded_step(step));
-    let (after, _, undecided) = recorded(|_, _| {
-        after(cone[0], cone[1], exact, settings.policy.cone.rules, settings.policy.cone.set_diffuse)
-    });
+    let [kind, operands @ ..] = step_words(step);
+    let exact = rounded_step(step);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "the number of a step, 0 to 3"
     )]
     let kind = kind as u32;
-    let mut words: Vec<u32> = bits(&cone).collect();
-    words.push(kind);
-    words.extend(operands.map(f32::to_bits));
-    Case { pixel, operands: words, expected: after.map(expect).to_vec(), undecided }
+    let (rules, diffuse) = (settings.policy.cone.rules, settings.policy.cone.set_diffuse);
+    cases.stage(Stage::RayCone, (cone, kind, operands.map(f32::to_bits)), |tap, _| {
+        let after = after(cone[0], cone[1], exact, rules, diffuse);
+        for (c, x) in after.iter().enumerate() {
+            tap.put.push(("cone", c, x.value, x.error));
+        }
+        after
+    });
 }
 
-/// One request at `surface_footprint`, and where it stands behind it.
-fn surface_case(
-    settings: &Settings,
+/// The cases of one request.
+fn surface(
+    cases: &mut Cases,
+    back: &BackEnd<'_>,
     fragment: &TexFragment,
     width: f64,
-    size: [usize; 2],
-    pixel: [u32; 2],
-) -> (Case, Footing) {
+) -> FilterInput {
+    let settings = &back.settings;
     let [width] = ports([width]);
     let exact = rounded(fragment);
-    let (found, recorder, undecided) =
-        recorded(|tap, flags| surface_footprint(&exact, width, size, &settings.policy, flags, tap));
     let mut operands = Operands::new(Flag::SurfNotFinite);
-    operands.words.extend(bits(&[width]));
+    width.put(&mut operands.words);
     encode(&mut operands, fragment, settings.policy.address.wrap());
     // The place on the texture belongs to `address`.
     let st = operands.words.split_off(operands.words.len() - 2);
     let centre = [0, 1].map(|i| {
         let st = f64::from(f32::from_bits(st[i]));
-        Bounded::exact(f64::from(crate::gpu::policy::to_f32(2.0 * st - 1.0)))
+        Bounded::exact(2.0 * st - 1.0).rounded()
     });
-    let case =
-        Case { pixel, operands: operands.words, expected: recorder.expected(SURFACE), undecided };
-    let footing = Footing { pixel, face: 0, centre, d: found.d.map(handed), rough: None };
-    (case, footing)
+    let d = cases.stage(Stage::SurfaceFootprint, operands.words.as_slice(), |tap, flags| {
+        surface_footprint(&exact, width, back.size, &settings.policy, flags, tap).d
+    });
+    back.fragment(cases, 0, centre, &d, None)
 }
 
 /// Requests to one texture and steps of cones, each with its pixel.
@@ -163,32 +144,19 @@ pub struct Requests {
 
 impl Requests {
     /// Checks them against a texture.
-    fn check(
-        &self,
-        checker: &mut Checker<'_>,
-        settings: &Settings,
-        (behind, size): (&Behind<'_>, [usize; 2]),
-        maps: &Maps,
-    ) -> Result<(), GpuError> {
-        let station = |stage: Stage, registers| Station {
-            kernel: Kernel::Stage(stage),
-            maps,
-            policy: &behind.policy,
-            registers,
-        };
-        let steps = self.steps.iter();
-        let mut cones: Vec<Case> =
-            steps.map(|(pixel, cone, step)| cone_case(settings, *cone, *step, *pixel)).collect();
-        checker.stage(&station(Stage::RayCone, RAY_CONE), &mut cones, &|_, _| {})?;
-        let (mut surfaces, footings): (Vec<Case>, Vec<Footing>) = self
-            .surfaces
-            .iter()
-            .map(|(pixel, fragment, width)| surface_case(settings, fragment, *width, size, *pixel))
-            .unzip();
-        let surface = station(Stage::SurfaceFootprint, SURFACE);
-        checker.stage(&surface, &mut surfaces, &|_, _| {})?;
-        behind.check(checker, &footings)?;
-        checker.found.fragments += num::u64(footings.len());
+    fn check(&self, checker: &mut Checker<'_>, back: &BackEnd<'_>) -> Result<(), GpuError> {
+        let mut cases = Cases::default();
+        for (pixel, before, step) in &self.steps {
+            cases.pixel = *pixel;
+            cone(&mut cases, &back.settings, *before, *step);
+        }
+        let mut inputs = Vec::with_capacity(self.surfaces.len());
+        for (pixel, fragment, width) in &self.surfaces {
+            cases.pixel = *pixel;
+            inputs.push(surface(&mut cases, back, fragment, *width));
+        }
+        back.check(checker, cases, &inputs)?;
+        checker.found.fragments += num::u64(inputs.len());
         Ok(())
     }
 }
@@ -204,10 +172,8 @@ pub fn check_requests(
     map: &PlanarMap,
     requests: &Requests,
 ) -> Result<StageChecks, GpuError> {
-    let behind = Behind::planar(gpu, settings, map)?;
     let mut checker = Checker::new(gpu);
-    let maps = Maps::none(gpu)?;
-    requests.check(&mut checker, settings, (&behind, map.size()), &maps)?;
+    requests.check(&mut checker, &BackEnd::planar(gpu, settings, map)?)?;
     Ok(checker.found)
 }
 
@@ -224,15 +190,14 @@ pub fn check_tex(
 ) -> Result<StageChecks, GpuError> {
     let scene = &subject.scene;
     let textures = scene.textures.iter();
-    let behind = textures
-        .map(|map| Ok((Behind::planar(gpu, settings, map)?, map.size())))
+    let backs = textures
+        .map(|map| BackEnd::planar(gpu, settings, map))
         .collect::<Result<Vec<_>, GpuError>>()?;
-    let maps = Maps::none(gpu)?;
     let mut checker = Checker::new(gpu);
     let mut path = Path::default();
     for first in (0..scene.height).step_by(ROWS) {
         let last = (first + ROWS).min(scene.height);
-        let mut requests: Vec<Requests> = vec![Requests::default(); behind.len()];
+        let mut requests: Vec<Requests> = vec![Requests::default(); backs.len()];
         for (y, x) in (first..last).flat_map(|y| (0..scene.width).map(move |x| (y, x))) {
             let pixel = [x, y].map(num::u32);
             scene.path([x, y].map(|n| n as f64 + 0.5), [0, scene.samples], &mut path);
@@ -256,8 +221,8 @@ pub fn check_tex(
                 first.steps.extend(steps.into_iter().map(|(cone, step)| (pixel, cone, step)));
             }
         }
-        for (requests, (behind, size)) in requests.iter().zip(&behind) {
-            requests.check(&mut checker, settings, (behind, *size), &maps)?;
+        for (requests, back) in requests.iter().zip(&backs) {
+            requests.check(&mut checker, back)?;
         }
         progress(num::u64((last - first) * scene.width));
     }

@@ -1,4 +1,4 @@
-// Registers of `address` for one probe: u, v, face and s, the texel coordinates on two levels.
+// Registers: u, v, face u32, place 2, s 4.
 
 fn stage() {
     let face = take_u32();

@@ -1,4 +1,4 @@
-// Registers of `bump`: n_mod.
+// Registers: n_mod 3.
 
 fn stage() {
     var frame: Frame;

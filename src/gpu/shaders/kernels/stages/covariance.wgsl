@@ -1,4 +1,4 @@
-// Registers of `covariance`: k.
+// Registers: k 3.
 
 fn stage() {
     let d = take4();

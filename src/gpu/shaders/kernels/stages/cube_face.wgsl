@@ -1,4 +1,4 @@
-// Registers of `cube_face`: rotated, inv_ma, u, v, face, flags.
+// Registers: rotated 3, inv_ma, u, v, face u32, flags u32.
 
 fn stage() {
     var flags = 0u;

@@ -1,4 +1,4 @@
-// Registers of `eigen`: root, lambda_sq, lambda, axis.
+// Registers: root, lambda_sq 2, lambda 2, axis 2.
 
 fn stage() {
     let k = take3();

@@ -1,4 +1,4 @@
-// Registers of `filter`: color, then of every probe its place and the bilinear values of two levels.
+// Registers: color 3; of every probe: face u32, place 2, bilinear 6.
 
 fn stage() {
     let face = take_u32();

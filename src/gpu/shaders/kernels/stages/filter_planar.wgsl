@@ -1,4 +1,4 @@
-// Registers of `filter` on a 2-D texture: color, then of every probe its place and the bilinear values of two levels.
+// Registers: color 3; of every probe: place 2, bilinear 6.
 
 fn stage() {
     let centre = take2();

@@ -1,4 +1,4 @@
-// Registers of `footprint`: length, width, probes, lod, step, flags.
+// Registers: length, width, probes u32, lod, step 2, flags u32.
 
 fn stage() {
     var flags = 0u;

@@ -1,5 +1,5 @@
-// Registers of `hit`: r, dist(R); then the search before its first look-up and after every one: length, radius, ratio,
-// step, d, l, status, whether it is done; then what lies behind it: tangents, width, D and the flags.
+// Registers: r 3, radius; of every look-up and before the first: length, radius, ratio, step, d, l 3, status u32, done u32;
+// tangent 6, width, d 4, flags u32.
 
 fn put_turn(ray: Search) {
     put(ray.length);

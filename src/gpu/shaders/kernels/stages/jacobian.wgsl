@@ -1,4 +1,4 @@
-// Registers of `jacobian`: along, dn_mod, n_dot_dv, v_dot_dn, n_dot_dn, dv_r, numerator, d.
+// Registers: along 2, dn_mod 6, n_dot_dv 2, v_dot_dn 2, n_dot_dn 2, dv_r 6, numerator 4, d 4.
 
 fn stage() {
     var surface: Surface;

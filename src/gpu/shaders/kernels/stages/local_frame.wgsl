@@ -1,4 +1,4 @@
-// Registers of `local_frame`: h, cross, inv_length, e1, e2, flags.
+// Registers: h 3, cross 3, inv_length, e1 3, e2 3, flags u32.
 
 fn stage() {
     var flags = 0u;

@@ -1,4 +1,4 @@
-// Registers of `ray_cone`: the cone after one step.
+// Registers: cone 2.
 
 fn stage() {
     let cone = take2();

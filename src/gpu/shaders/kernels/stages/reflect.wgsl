@@ -1,4 +1,4 @@
-// Registers of `reflect`: n_dot_v, n_dot_n, v_r.
+// Registers: n_dot_v, n_dot_n, v_r 3.
 
 fn stage() {
     let v = take3();

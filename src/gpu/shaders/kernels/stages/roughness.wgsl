@@ -1,4 +1,4 @@
-// Registers of `roughness`: d_scaled, v_dot_e, n_dot_e, dv_r, numerator, e, b.
+// Registers: d_scaled 3, v_dot_e 2, n_dot_e 2, dv_r 6, numerator 4, e 4, b 4.
 
 fn stage() {
     var surface: Surface;

@@ -1,5 +1,5 @@
-// Registers of `surface_footprint`: d_unit, n_unit, cosine, across, along, dp_dx, dp_dy, grad_s, grad_t, ddx, ddy, d,
-// flags.
+// Registers: d_unit 3, n_unit 3, cosine, across 3, along 3, dp_dx 3, dp_dy 3, grad_s 3, grad_t 3, ddx 2, ddy 2, d 4,
+// flags u32.
 
 fn stage() {
     var flags = 0u;
