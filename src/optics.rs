@@ -4,6 +4,8 @@
 //! formula of Lazányi and Szirmay-Kalos (WSCG 2005) that the distance-impostor paper uses,
 //! F = ((n−1)² + k² + 4n(1 − c)⁵)/((n+1)² + k²), which is Schlick's for k = 0.
 
+use glam::DVec3;
+
 /// Share of unpolarised light that a surface reflects, exactly.
 ///
 /// `cosine` is that of the angle between the normal and either ray outside the medium, 0…1 (a magnitude
@@ -60,19 +62,7 @@ pub fn fresnel_lazanyi(cosine: f64, n: f64, k: f64) -> f64 {
 /// `direction` (towards the surface) and `normal` (against it) are unit; `ratio` is the index before the
 /// surface over the index behind it.
 #[must_use]
-pub fn refract(direction: [f64; 3], normal: [f64; 3], ratio: f64) -> Option<[f64; 3]> {
-    let c = -(direction[0] * normal[0] + direction[1] * normal[1] + direction[2] * normal[2]);
-    let rest = 1.0 - ratio * ratio * (1.0 - c * c);
-    if rest < 0.0 {
-        return None;
-    }
-    let along = ratio * c - rest.sqrt();
-    Some([0, 1, 2].map(|i| ratio * direction[i] + along * normal[i]))
-}
-
-/// Direction of a reflected ray, unit for unit arguments.
-#[must_use]
-pub fn reflect(direction: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
-    let c = direction[0] * normal[0] + direction[1] * normal[1] + direction[2] * normal[2];
-    [0, 1, 2].map(|i| direction[i] - 2.0 * c * normal[i])
+pub fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> Option<DVec3> {
+    let through = direction.refract(normal, ratio);
+    (through != DVec3::ZERO).then_some(through)
 }

@@ -9,6 +9,7 @@
 pub mod sampling;
 pub mod texels;
 
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::cube::CubeMap;
@@ -75,7 +76,7 @@ pub fn truth(
     let pixels: Vec<[u32; 2]> = scene.fragments.iter().map(|f| f.pixel).collect();
     let shade = |x: f64, y: f64| {
         let d = scene.surface.shade_point(x, y)?;
-        Some(environment.look_up(turned(&settings.rotation, d)))
+        Some(environment.look_up(turned(settings, d)))
     };
     let size = [scene.width, scene.height];
     supersample(size, &pixels, &shade, options, progress)
@@ -185,14 +186,15 @@ pub fn background(scene: &Scene, texture: &CubeMap, settings: &Settings) -> Vec<
                 return [0.0; 3];
             }
             let d = scene.background(index % scene.width, index / scene.width);
-            environment.look_up(turned(&settings.rotation, d))
+            environment.look_up(turned(settings, d.into()))
         })
         .collect()
 }
 
-/// A·d.
-fn turned(rotation: &[[f64; 3]; 3], d: [f64; 3]) -> [f64; 3] {
-    rotation.each_ref().map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
+/// A·d: where the turned environment is looked up for a direction.
+pub(crate) fn turned(settings: &Settings, d: DVec3) -> [f64; 3] {
+    let rows = DMat3::from_cols_array_2d(&settings.rotation);
+    rows.transpose_mul_vec3(d).to_array()
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use glam::DVec3;
+
 /// What a surface needs of a number. The value part of a [`Dual`] and a plain `f64` take the same
 /// operations in the same order, so that a fragment and a sample at the same place agree bit for bit.
 pub trait Scalar:
@@ -131,8 +133,13 @@ pub fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
 }
 
 /// A vector of constants.
-pub fn constants<S: Scalar>(a: [f64; 3]) -> [S; 3] {
-    a.map(S::constant)
+pub fn constants<S: Scalar>(a: DVec3) -> [S; 3] {
+    a.to_array().map(S::constant)
+}
+
+/// A vector without its derivatives.
+pub fn values<S: Scalar>(a: [S; 3]) -> DVec3 {
+    a.map(S::value).into()
 }
 
 /// k·a.
@@ -148,9 +155,4 @@ pub fn sum<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
 /// a − b.
 pub fn difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// a × b.
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -1,7 +1,8 @@
-//! The ground that every other part may stand on: casts, seeded numbers, numbers with derivatives, hashes, decoders under guard. It knows nothing of them.
+//! The ground that every other part may stand on: casts, seeded numbers, vectors, numbers with derivatives, hashes, decoders under guard. It knows nothing of them.
 
 pub mod dual;
 pub mod hash;
 pub mod num;
 pub mod quiet;
 pub mod random;
+pub mod vector;

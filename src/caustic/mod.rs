@@ -6,7 +6,9 @@
 
 use std::f64::consts::PI;
 
-use crate::base::dual::{cross, dot};
+use glam::DVec3;
+
+use crate::base::vector::unit;
 use crate::fragment::HitFragment;
 use crate::impostor::WallCube;
 use crate::optics::{fresnel, refract};
@@ -56,22 +58,18 @@ fn corner(x: f64, y: f64) -> f64 {
 pub fn photons(
     lamp: &Lamp,
     object: &dyn Object,
-    (centre, radius): ([f64; 3], f64),
+    (centre, radius): (DVec3, f64),
     index: f64,
 ) -> Vec<Photon> {
-    let to = [0, 1, 2].map(|i| centre[i] - lamp.position[i]);
-    let square = dot(to, to);
+    let to = centre - lamp.position;
+    let square = to.length_squared();
     if square <= radius * radius {
         return Vec::new();
     }
-    let unit = |a: [f64; 3]| {
-        let length = dot(a, a).sqrt();
-        a.map(|c| c / length)
-    };
     let forward = unit(to);
-    let up = if forward[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
-    let right = unit(cross(forward, up));
-    let down = cross(forward, right);
+    let up = if forward.y.abs() < 0.9 { DVec3::Y } else { DVec3::X };
+    let right = unit(forward.cross(up));
+    let down = forward.cross(right);
     let half = radius / (square - radius * radius).sqrt();
     let edge = |i: usize| half * (2.0 * i as f64 / SIDE as f64 - 1.0);
     let mut out = Vec::new();
@@ -79,7 +77,7 @@ pub fn photons(
         for column in 0..SIDE {
             let [x0, x1, y0, y1] = [edge(column), edge(column + 1), edge(row), edge(row + 1)];
             let (a, b) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
-            let direction = unit([0, 1, 2].map(|i| forward[i] + a * right[i] + b * down[i]));
+            let direction = unit(forward + a * right + b * down);
             let Some(skin) = object.skin(lamp.position, direction, 0.0) else {
                 continue;
             };
@@ -87,11 +85,11 @@ pub fn photons(
                 continue;
             };
             let solid = corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
-            let share = 1.0 - fresnel(dot(direction, skin.normal).abs(), index, 0.0);
+            let share = 1.0 - fresnel(direction.dot(skin.normal).abs(), index, 0.0);
             out.push(Photon {
                 fragment: HitFragment {
-                    x: [0, 1, 2].map(|i| lamp.position[i] + skin.t * direction[i]),
-                    r: through,
+                    x: (lamp.position + skin.t * direction).to_array(),
+                    r: through.to_array(),
                     cone: None,
                 },
                 power: lamp.power.map(|p| p / (4.0 * PI) * solid * share),
@@ -138,7 +136,7 @@ pub fn traced(world: &World, photons: &[Photon]) -> Caustic {
     let places: Vec<_> = photons
         .iter()
         .map(|photon| {
-            let sight = world.look(photon.fragment.x, photon.fragment.r)?;
+            let sight = world.look(photon.fragment.x.into(), photon.fragment.r.into())?;
             Some((sight.wall, sight.uv))
         })
         .collect();
@@ -163,13 +161,15 @@ pub fn difference(a: &LightMap, b: &LightMap) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
     use crate::impostor::Impostor;
     use crate::scene::world::bodies::Ball;
     use crate::scene::world::built_in;
 
-    const LAMP: Lamp = Lamp { position: [2.0, 2.0, 1.0], power: [100.0, 80.0, 60.0] };
-    const BALL: Ball = Ball { centre: [0.5, -0.5, -1.0], radius: 0.8 };
+    const LAMP: Lamp = Lamp { position: dvec3(2.0, 2.0, 1.0), power: [100.0, 80.0, 60.0] };
+    const BALL: Ball = Ball { centre: dvec3(0.5, -0.5, -1.0), radius: 0.8 };
 
     #[test]
     fn a_caustic_holds_the_power_of_the_photons_that_hit() {
@@ -186,8 +186,7 @@ mod tests {
         assert!((caustic.power[0] / sent - 1.0).abs() < slack);
         assert!((caustic.map.power()[0] / sent - 1.0).abs() < slack);
         // No more than the ball's solid angle lets through, no less than at a normal surface's loss of 1.7 % twice.
-        let to = [0, 1, 2].map(|i| BALL.centre[i] - LAMP.position[i]);
-        let sine2 = BALL.radius * BALL.radius / dot(to, to);
+        let sine2 = BALL.radius * BALL.radius / BALL.centre.distance_squared(LAMP.position);
         let whole = LAMP.power[0] * (1.0 - (1.0 - sine2).sqrt()) / 2.0;
         assert!(sent < whole * (1.0 + 4.0 / 64.0) && sent > 0.85 * whole, "{sent} of {whole}");
     }
@@ -195,11 +194,13 @@ mod tests {
     #[test]
     fn searched_photons_land_where_real_ones_do_but_for_the_texels_of_the_uv_map() {
         let world = built_in::room();
-        let impostor = Impostor::build(&world, [0.0; 3], 128);
+        let impostor = Impostor::build(&world, DVec3::ZERO, 128);
         let photons = photons(&LAMP, &BALL, (BALL.centre, BALL.radius), 1.3);
         let hits: Vec<_> = photons
             .iter()
-            .map(|p| world.look(p.fragment.x, p.fragment.r).map(|sight| sight.point))
+            .map(|p| {
+                world.look(p.fragment.x.into(), p.fragment.r.into()).map(|s| s.point.to_array())
+            })
             .collect();
         let caustic = searched(&world, &impostor.walls, &photons, &hits);
         assert!(caustic.landed * 100 > photons.len() * 98, "edges between walls lose some");

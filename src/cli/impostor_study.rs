@@ -89,7 +89,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let scene = hit::build(&args.scene, &options)?;
     let rays = cases(&scene);
     let lines = sweep(args, &scene, &rays)?;
-    let map = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size).colour;
+    let map = Impostor::build(&scene.view.world, glam::DVec3::ZERO, scene.face_size).colour;
     let truth = supersampled(&scene, &map, &TruthOptions::default());
     let mut footprints = Vec::new();
     for kind in Footprint::ALL {
@@ -184,7 +184,7 @@ struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     fn new(scene: &hit::HitScene, cases: &'a [Case], size: usize) -> Self {
-        let impostor = Impostor::build(&scene.view.world, [0.0; 3], size);
+        let impostor = Impostor::build(&scene.view.world, glam::DVec3::ZERO, size);
         let farthest = farthest(&impostor.distance);
         let distance = Distance::Cube(impostor.distance);
         let distances = Distances::new(&distance);

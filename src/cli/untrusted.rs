@@ -109,7 +109,7 @@ impl Reader {
 }
 
 fn load_mesh(path: &Path) -> Result<(), InputError> {
-    Mesh::load(path, [0.0; 3], 1.0).map(|_| ())
+    Mesh::load(path, glam::DVec3::ZERO, 1.0).map(|_| ())
 }
 
 /// Readers of files get one, whose name ends like theirs.

@@ -1,5 +1,6 @@
 //! Ray cones along the paths of a scene: the same walk in the unit's registers and in doubles.
 
+use glam::DVec3;
 use rtl_model::cone::{Cone as RtlCone, Dither, Dyadic};
 use rtl_model::fx::Flags;
 use rtl_model::regs as model;
@@ -79,7 +80,7 @@ impl<'a> RtlCones<'a> {
     /// The cones of a camera's rays.
     #[must_use]
     pub fn new(cfg: &'a Cfg, camera: &Camera) -> Self {
-        let vector = |v: [f64; 3]| v.map(operand);
+        let vector = |v: DVec3| v.to_array().map(operand);
         let frame = rtl_camera::Frame {
             u: vector(camera.u),
             v: vector(camera.v),
@@ -152,7 +153,12 @@ impl FloatCones {
     #[must_use]
     pub fn new(camera: &Camera, rules: ConeRules, set_diffuse: SetDiffuse) -> Self {
         Self {
-            frame: float_camera::Frame { u: camera.u, v: camera.v, w: camera.w, size: camera.size },
+            frame: float_camera::Frame {
+                u: camera.u.into(),
+                v: camera.v.into(),
+                w: camera.w.into(),
+                size: camera.size,
+            },
             rules,
             set_diffuse,
         }

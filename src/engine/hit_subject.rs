@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::gpu::hit::GpuHit;
@@ -66,7 +67,7 @@ pub struct Lit {
 /// The search that makes it is not the unit's under test, so that a scene looks the same to every unit.
 #[must_use]
 pub fn lit(scene: &mut HitScene) -> (Impostor, Option<Lit>) {
-    let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let impostor = Impostor::build(&scene.view.world, DVec3::ZERO, scene.face_size);
     let (Some(lamp), Finish::Glass { index }) = (scene.lamp, scene.view.finish) else {
         return (impostor, None);
     };
@@ -80,7 +81,7 @@ pub fn lit(scene: &mut HitScene) -> (Impostor, Option<Lit>) {
     let results = engine.filter(&rays_of(&photons), &|_| {});
     let caustic = searched(&scene.view.world, &impostor.walls, &photons, &ends(&results));
     scene.view.world.light = Some(Arc::new(caustic.map.clone()));
-    let bright = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+    let bright = Impostor::build(&scene.view.world, DVec3::ZERO, scene.face_size);
     let lit = Lit { photons, uv_map: bright.walls.clone(), caustic };
     (bright, Some(lit))
 }
@@ -310,8 +311,8 @@ impl HitSubject {
             }
             let mut sum = [0.0; 3];
             view.leaving(px, py, &mut |leaving| {
-                let sight = view.world.look(leaving.fragment.x, leaving.fragment.r);
-                let found = texels.look_up(sight.map_or(leaving.fragment.r, |s| s.point));
+                let sight = view.world.look(leaving.fragment.x.into(), leaving.fragment.r.into());
+                let found = texels.look_up(sight.map_or(leaving.fragment.r, |s| s.point.into()));
                 for c in 0..3 {
                     sum[c] += leaving.weight[c] * found[c];
                 }

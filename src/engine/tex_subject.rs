@@ -33,7 +33,7 @@ use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Event, Path};
 use crate::settings::Settings;
 use crate::truth::texels::PaddedCube;
-use crate::truth::{TruthOptions, supersample};
+use crate::truth::{TruthOptions, supersample, turned};
 use crate::unit::UnitSpec;
 
 /// A scene with its environment.
@@ -378,14 +378,11 @@ impl TexSubject {
         let textures = self.planar(settings);
         let cube = PaddedCube::new(&self.sky.levels[0]);
         let wrap = settings.policy.address.wrap();
-        let turn = settings.rotation;
         let shade = |px: f64, py: f64| {
             let mut path = Path::default();
             self.scene.path([px, py], [0, 1], &mut path);
             let texture = |index: usize, st: [f64; 2]| point(&textures[index], st, wrap);
-            let sky = |d: [f64; 3]| {
-                cube.look_up(turn.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]))
-            };
+            let sky = |d: [f64; 3]| cube.look_up(turned(settings, d.into()));
             Some(self.scene.radiance(&path, &texture, &sky))
         };
         let size = [self.scene.width, self.scene.height];

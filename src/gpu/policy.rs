@@ -205,7 +205,8 @@ impl Policy {
             Lens::Orthographic => (2, 0.0),
         };
         self.lens = lens;
-        self.camera = [row(camera.u, 0.0), row(camera.v, 0.0), row(camera.w, width)];
+        self.camera =
+            [row(camera.u.into(), 0.0), row(camera.v.into(), 0.0), row(camera.w.into(), width)];
         self.picture = camera.size.map(|n| n.max(1));
         self
     }

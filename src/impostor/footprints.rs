@@ -1,9 +1,10 @@
 //! Footprints at the hit: a cone's disc, its cut with the wall, the mirror's own derivative and the exact
 //! differential, each through the elliptical Gaussian and against supersampled rays.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::base::dual::{cross, dot};
+use crate::base::vector::unit;
 use crate::cube::{CubeMap, FACE_AXES, face_uv};
 use crate::fragment::HitFragment;
 use crate::picture::Picture;
@@ -44,28 +45,24 @@ impl Footprint {
 /// Two unit vectors across a unit vector: t1 = unit(e_k × R) for the smallest |R_k| (ties z, y, x), t2 =
 /// R × t1.
 #[must_use]
-pub fn across(r: [f64; 3]) -> [[f64; 3]; 2] {
+pub fn across(r: DVec3) -> [DVec3; 2] {
     let mut k = 2;
     for axis in [1, 0] {
         if r[axis].abs() < r[k].abs() {
             k = axis;
         }
     }
-    let mut e = [0.0; 3];
-    e[k] = 1.0;
-    let c = cross(e, r);
-    let size = dot(c, c).sqrt();
-    let t1 = c.map(|x| x / size);
-    [t1, cross(r, t1)]
+    let t1 = unit(DVec3::AXES[k].cross(r));
+    [t1, r.cross(t1)]
 }
 
 /// Face, u, v and K of a footprint spanned by two changes of l.
 #[must_use]
-pub fn spanned(l: [f64; 3], columns: [[f64; 3]; 2]) -> Env {
-    let (face, u, v) = face_uv(l);
+pub fn spanned(l: DVec3, columns: [DVec3; 2]) -> Env {
+    let (face, u, v) = face_uv(l.to_array());
     let [(s, s_sign), (t, t_sign), (m, m_sign)] = FACE_AXES[face];
     let major = l[m].abs();
-    let column = |c: [f64; 3]| {
+    let column = |c: DVec3| {
         let along = m_sign * c[m];
         [(s_sign * c[s] - u * along) / major, (t_sign * c[t] - v * along) / major]
     };
@@ -99,11 +96,10 @@ fn first(scene: &HitScene, px: f64, py: f64) -> Option<HitFragment> {
 fn differences(
     scene: &HitScene,
     [px, py]: [f64; 2],
-    of: &dyn Fn(HitFragment) -> Option<[f64; 3]>,
-) -> Option<[[f64; 3]; 2]> {
+    of: &dyn Fn(HitFragment) -> Option<DVec3>,
+) -> Option<[DVec3; 2]> {
     let at = |px: f64, py: f64| first(scene, px, py).and_then(of);
-    let one = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| b[i] - a[i]);
-    Some([one(at(px - 0.5, py)?, at(px + 0.5, py)?), one(at(px, py - 0.5)?, at(px, py + 0.5)?)])
+    Some([at(px + 0.5, py)? - at(px - 0.5, py)?, at(px, py + 0.5)? - at(px, py - 0.5)?])
 }
 
 /// The picture of real hits whose footprints are filtered by the elliptical Gaussian on the impostor's
@@ -118,29 +114,26 @@ pub fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
             let [px, py] = pixel.map(|c| f64::from(c) + 0.5);
             let one = || {
                 let ray = first(scene, px, py)?;
-                let sight = scene.view.world.look(ray.x, ray.r)?;
+                let r = DVec3::from(ray.r);
+                let sight = scene.view.world.look(ray.x.into(), r)?;
                 let [angle, width] = ray.cone?;
                 let w = (width + angle * sight.meeting.t).abs();
-                let disc = across(ray.r).map(|t| t.map(|c| c * w));
+                let disc = across(r).map(|t| t * w);
                 let l = sight.point;
                 let columns = match kind {
                     Footprint::Disc => disc,
                     Footprint::Plane => {
                         let n = sight.meeting.normal;
-                        let towards = dot(n, ray.r);
+                        let towards = n.dot(r);
                         let bounded = towards.abs().max(1.0 / 16.0).copysign(towards);
-                        disc.map(|t| {
-                            let share = dot(n, t) / bounded;
-                            [0, 1, 2].map(|i| t[i] - ray.r[i] * share)
-                        })
+                        disc.map(|t| t - r * (n.dot(t) / bounded))
                     }
                     Footprint::Surface => {
-                        let size = dot(l, l).sqrt();
-                        differences(scene, [px, py], &|ray| Some(ray.r.map(|c| c * size)))
-                            .unwrap_or(disc)
+                        let change = |ray: HitFragment| Some(DVec3::from(ray.r) * l.length());
+                        differences(scene, [px, py], &change).unwrap_or(disc)
                     }
                     Footprint::Differential => differences(scene, [px, py], &|ray| {
-                        let other = scene.view.world.look(ray.x, ray.r)?;
+                        let other = scene.view.world.look(ray.x.into(), ray.r.into())?;
                         (other.wall == sight.wall).then_some(other.point)
                     })
                     .unwrap_or(disc),
@@ -169,8 +162,8 @@ pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> 
             scene
                 .view
                 .world
-                .look(ray.x, ray.r)
-                .map_or([0.0; 3], |sight| colours.look_up(sight.point)),
+                .look(ray.x.into(), ray.r.into())
+                .map_or([0.0; 3], |sight| colours.look_up(sight.point.to_array())),
         )
     };
     let pixels = scene.pixels();
@@ -179,18 +172,20 @@ pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> 
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
     use crate::cube::direction;
 
     #[test]
     fn a_span_is_the_derivative_of_the_face_coordinates() {
         for face in 0..6 {
-            let l = direction(face, 0.3, -0.6).map(|c| 2.5 * c);
-            let columns = [[0.2, -0.1, 0.3], [-0.4, 0.25, 0.15]];
+            let l = 2.5 * DVec3::from(direction(face, 0.3, -0.6));
+            let columns = [dvec3(0.2, -0.1, 0.3), dvec3(-0.4, 0.25, 0.15)];
             let got = spanned(l, columns);
             for (j, column) in columns.iter().enumerate() {
                 let h = 1e-6;
-                let at = |s: f64| face_uv([0, 1, 2].map(|i| l[i] + s * column[i]));
+                let at = |s: f64| face_uv((l + s * *column).to_array());
                 let ((_, u0, v0), (_, u1, v1)) = (at(-h), at(h));
                 // Central differences: h² of curvature and 1e-16/h of rounding.
                 assert!(((u1 - u0) / (2.0 * h) - got.d[0][j]).abs() < 1e-9);
@@ -201,10 +196,10 @@ mod tests {
 
     #[test]
     fn the_two_vectors_across_a_ray_are_orthonormal() {
-        for r in [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.48, 0.6, 0.64], [0.6, -0.8, 0.0]] {
+        for r in [DVec3::X, DVec3::NEG_Z, dvec3(0.48, 0.6, 0.64), dvec3(0.6, -0.8, 0.0)] {
             let [a, b] = across(r);
             for (x, y, want) in [(a, a, 1.0), (b, b, 1.0), (a, b, 0.0), (a, r, 0.0), (b, r, 0.0)] {
-                assert!((dot(x, y) - want).abs() < 1e-15);
+                assert!((x.dot(y) - want).abs() < 1e-15);
             }
         }
     }

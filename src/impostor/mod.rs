@@ -11,6 +11,7 @@ pub mod march;
 pub mod study;
 pub mod write;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::base::num;
@@ -96,7 +97,7 @@ fn at(texel: usize, sample: usize, of: usize, size: usize) -> f64 {
 impl Impostor {
     /// Looks around from `reference`, with `size` ≥ 1 texels along a face's edge.
     #[must_use]
-    pub fn build(world: &World, reference: [f64; 3], size: usize) -> Self {
+    pub fn build(world: &World, reference: DVec3, size: usize) -> Self {
         let rows: Vec<(Vec<_>, Vec<_>)> = (0..6 * size)
             .into_par_iter()
             .map(|row| {
@@ -121,11 +122,11 @@ impl Impostor {
     }
 }
 
-fn colour(world: &World, reference: [f64; 3], size: usize, [face, x, y]: [usize; 3]) -> [f32; 3] {
+fn colour(world: &World, reference: DVec3, size: usize, [face, x, y]: [usize; 3]) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for j in 0..SAMPLES {
         for i in 0..SAMPLES {
-            let d = direction(face, at(x, i, SAMPLES, size), at(y, j, SAMPLES, size));
+            let d = direction(face, at(x, i, SAMPLES, size), at(y, j, SAMPLES, size)).into();
             for (sum, c) in sum.iter_mut().zip(world.radiance(reference, d)) {
                 *sum += c;
             }
@@ -136,25 +137,24 @@ fn colour(world: &World, reference: [f64; 3], size: usize, [face, x, y]: [usize;
 
 fn centre(
     world: &World,
-    reference: [f64; 3],
+    reference: DVec3,
     size: usize,
     [face, x, y]: [usize; 3],
 ) -> (f32, WallPlace) {
-    let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
+    let d = DVec3::from(direction(face, at(x, 0, 1, size), at(y, 0, 1, size)));
     match world.look(reference, d) {
         None => (f32::INFINITY, WallPlace { wall: -1, uv: [0.0; 2] }),
-        Some(sight) => {
-            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-            (
-                narrow(sight.meeting.t * length),
-                WallPlace { wall: num::i32(sight.wall), uv: sight.uv.map(narrow) },
-            )
-        }
+        Some(sight) => (
+            narrow(sight.meeting.t * d.length()),
+            WallPlace { wall: num::i32(sight.wall), uv: sight.uv.map(narrow) },
+        ),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
     use crate::scene::world::bodies::{Ball, Cuboid};
     use crate::scene::world::paint::Paint;
@@ -162,10 +162,10 @@ mod tests {
     #[test]
     fn distances_are_euclidean_and_infinite_where_a_ray_escapes() {
         let world = World::default().with(
-            Ball { centre: [0.0, 0.0, -3.0], radius: 1.0 },
+            Ball { centre: dvec3(0.0, 0.0, -3.0), radius: 1.0 },
             Paint::Tiled { colour: [0.5; 3] },
         );
-        let got = Impostor::build(&world, [0.0; 3], 33);
+        let got = Impostor::build(&world, DVec3::ZERO, 33);
         // The middle of −z sees the ball 2 away; +x sees nothing.
         let texel = |face: usize, x: usize, y: usize| (face * 33 + y) * 33 + x;
         assert!((got.distance.texels[texel(5, 16, 16)] - 2.0).abs() < 1e-6);
@@ -178,9 +178,9 @@ mod tests {
 
     #[test]
     fn every_texel_of_a_box_lies_on_its_wall() {
-        let room = Cuboid { low: [-1.0, -2.0, -3.0], high: [4.0, 5.0, 6.0] };
+        let room = Cuboid { low: dvec3(-1.0, -2.0, -3.0), high: dvec3(4.0, 5.0, 6.0) };
         let world = World::default().with(room, Paint::Room);
-        let reference = [0.5, -0.25, 1.0];
+        let reference = dvec3(0.5, -0.25, 1.0);
         let size = 16;
         let got = Impostor::build(&world, reference, size);
         let mut seen = [0; 6];
@@ -188,10 +188,8 @@ mod tests {
             got.distance.texels.iter().zip(&got.walls.texels).enumerate()
         {
             let (face, y, x) = (index / size / size, index / size % size, index % size);
-            let d = direction(face, at(x, 0, 1, size), at(y, 0, 1, size));
-            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-            let point: [f64; 3] =
-                std::array::from_fn(|i| reference[i] + f64::from(*distance) * d[i] / length);
+            let d = DVec3::from(direction(face, at(x, 0, 1, size), at(y, 0, 1, size)));
+            let point = reference + f64::from(*distance) * d / d.length();
             let wall = num::usize(place.wall);
             let axis = wall / 2;
             let plane = if wall % 2 == 0 { room.high } else { room.low };

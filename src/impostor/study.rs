@@ -1,6 +1,7 @@
 //! What iterations, words and texels of an impostor buy: errors of the hit's direction over the rays of a
 //! scene.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::march::march;
@@ -32,8 +33,8 @@ pub fn cases(scene: &HitScene) -> Vec<Case> {
         .par_iter()
         .filter_map(|ray| {
             let (x, r) = (ray.fragment.x, ray.fragment.r);
-            let sight = scene.view.world.look(x, r)?;
-            Some(Case { x, r, real: sight.point, d: sight.meeting.t })
+            let sight = scene.view.world.look(x.into(), r.into())?;
+            Some(Case { x, r, real: sight.point.to_array(), d: sight.meeting.t })
         })
         .collect()
 }
@@ -61,7 +62,7 @@ pub fn marches(
     cases
         .par_iter()
         .map(|case| {
-            let range = farthest + length(case.x);
+            let range = farthest + DVec3::from(case.x).length();
             march(distances, case.x, case.r, range, steps, halvings)
         })
         .collect()
@@ -89,19 +90,14 @@ pub struct Found {
     pub status: HitStatus,
 }
 
-fn length(a: [f64; 3]) -> f64 {
-    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
-}
-
 /// The angle between two directions in degrees; 180 where one of them is zero.
 #[must_use]
 pub fn degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let cross = crate::base::dual::cross(a, b);
-    let dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    if length(a) == 0.0 || length(b) == 0.0 {
+    let [a, b] = [a, b].map(DVec3::from);
+    if a.length() == 0.0 || b.length() == 0.0 {
         return 180.0;
     }
-    libm::atan2(length(cross), dot).to_degrees()
+    libm::atan2(a.cross(b).length(), a.dot(b)).to_degrees()
 }
 
 /// Quantiles of an error in degrees.

@@ -7,6 +7,7 @@
 
 use std::time::Duration;
 
+use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
@@ -63,7 +64,7 @@ impl Tree {
             .map(|triangle| {
                 let mut out = Boxed { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
                 for corner in triangle.positions {
-                    for (i, c) in corner.into_iter().enumerate() {
+                    for (i, c) in corner.to_array().into_iter().enumerate() {
                         let (below, above) = around(c);
                         out.low[i] = out.low[i].min(below);
                         out.high[i] = out.high[i].max(above);
@@ -90,11 +91,12 @@ impl Tree {
     pub(super) fn nearest(
         &self,
         triangles: &[Triangle],
-        origin: [f64; 3],
-        direction: [f64; 3],
+        origin: DVec3,
+        direction: DVec3,
         after: f64,
     ) -> Option<usize> {
-        let ray = Ray::new(origin, direction, after);
+        let ray = Ray { origin, inverse: 1.0 / direction, after };
+        let [origin, direction] = [origin, direction].map(DVec3::into);
         let mut best: Option<(f64, usize)> = None;
         let mut stack = Stack::default();
         let root = self.nodes.first()?;
@@ -142,16 +144,12 @@ impl Tree {
 
 /// A ray as the boxes see it.
 struct Ray {
-    origin: [f64; 3],
-    inverse: [f64; 3],
+    origin: DVec3,
+    inverse: DVec3,
     after: f64,
 }
 
 impl Ray {
-    fn new(origin: [f64; 3], direction: [f64; 3], after: f64) -> Self {
-        Self { origin, inverse: direction.map(|c| 1.0 / c), after }
-    }
-
     /// The multiple of the direction at which a box begins, or nothing where the ray misses it or
     /// enters it beyond `limit`.
     ///

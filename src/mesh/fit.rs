@@ -1,7 +1,8 @@
 //! Where a mesh goes and which of its triangles count.
 
+use glam::DVec3;
+
 use super::{Corner, Soup};
-use crate::base::dual::{cross, difference, dot};
 use crate::error::InputError;
 
 /// Positions moved and scaled: the middle of the bounding box of all used corners goes to `centre`, the
@@ -9,29 +10,20 @@ use crate::error::InputError;
 pub(super) fn fitted(
     soup: &Soup,
     subject: &str,
-    centre: [f64; 3],
+    centre: DVec3,
     radius: f64,
-) -> Result<Vec<[f64; 3]>, InputError> {
-    let used = || soup.triangles.iter().flatten();
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for corner in used() {
-        let position = soup.positions[corner.position as usize];
-        for i in 0..3 {
-            low[i] = low[i].min(position[i]);
-            high[i] = high[i].max(position[i]);
-        }
-    }
-    let middle = [0, 1, 2].map(|i| low[i] + (high[i] - low[i]) / 2.0);
+) -> Result<Vec<DVec3>, InputError> {
+    let used = || {
+        let corners = soup.triangles.iter().flatten();
+        corners.map(|c| DVec3::from(soup.positions[c.position as usize]))
+    };
+    let low = used().fold(DVec3::INFINITY, DVec3::min);
+    let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let middle = low + (high - low) / 2.0;
     // Distances by the largest component first, so that tiny meshes do not underflow.
-    let span = (0..3).map(|i| high[i] - low[i]).fold(0.0, f64::max);
-    let farthest = used()
-        .map(|c| {
-            let away = difference(soup.positions[c.position as usize], middle).map(|c| c / span);
-            dot(away, away)
-        })
-        .fold(0.0, f64::max)
-        .sqrt();
+    let span = (high - low).max_element().max(0.0);
+    let farthest =
+        used().map(|p| ((p - middle) / span).length_squared()).fold(0.0, f64::max).sqrt();
     let scale = radius / span / farthest;
     if !(scale.is_finite() && scale > 0.0) {
         return Err(InputError::new(
@@ -41,21 +33,19 @@ pub(super) fn fitted(
             "check the mesh in the program that wrote it",
         ));
     }
-    let place = |p: &[f64; 3]| [0, 1, 2].map(|i| centre[i] + (p[i] - middle[i]) * scale);
-    Ok(soup.positions.iter().map(place).collect())
+    Ok(soup.positions.iter().map(|p| centre + (DVec3::from(*p) - middle) * scale).collect())
 }
 
 /// The triangles whose corners span an area, and how many do not.
 pub(super) fn with_area(
     triangles: &[[Corner; 3]],
-    positions: &[[f64; 3]],
+    positions: &[DVec3],
 ) -> (Vec<[Corner; 3]>, usize) {
     let kept: Vec<[Corner; 3]> = triangles
         .iter()
         .filter(|corners| {
             let [a, b, c] = corners.map(|c| positions[c.position as usize]);
-            let n = cross(difference(b, a), difference(c, a));
-            dot(n, n) > 0.0
+            (b - a).cross(c - a).length_squared() > 0.0
         })
         .copied()
         .collect();

@@ -6,12 +6,12 @@
 //! Refused: external or inline (`uri`) buffers, sparse accessors, and required extensions that may
 //! change geometry.
 
+use glam::{DMat3, DMat4, DVec3};
 use gltf::Semantic;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 
 use super::{Corner, Soup, admit};
-use crate::base::dual::{cross, dot};
 use crate::base::num;
 use crate::base::quiet::guarded;
 use crate::error::InputError;
@@ -85,13 +85,8 @@ impl Reader<'_> {
     /// are no other's child.
     fn scene(&self, document: &gltf::Document) -> Result<Soup, InputError> {
         let mut soup = Soup::default();
-        let identity = Transform::of([
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, 0.0],
-            [0.0, 0.0, 0.0, 1.0],
-        ]);
-        let mut open: Vec<(gltf::Node<'_>, Transform)> =
+        let identity = DMat4::IDENTITY;
+        let mut open: Vec<(gltf::Node<'_>, DMat4)> =
             match document.default_scene().or_else(|| document.scenes().next()) {
                 Some(scene) => scene.nodes().map(|n| (n, identity)).collect(),
                 None => {
@@ -114,12 +109,13 @@ impl Reader<'_> {
                     "one that is reached twice".into(),
                 ));
             }
-            let own = parent.then(node.transform().matrix());
+            let local = node.transform().matrix().map(|column| column.map(f64::from));
+            let own = parent * DMat4::from_cols_array_2d(&local);
             if let Some(mesh) = node.mesh() {
                 for primitive in mesh.primitives() {
                     let place =
                         format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
-                    self.primitive(&primitive, &own, &place, &mut soup)?;
+                    self.primitive(&primitive, own, &place, &mut soup)?;
                 }
             }
             let children: Vec<_> = node.children().map(|n| (n, own)).collect();
@@ -139,7 +135,7 @@ impl Reader<'_> {
     fn primitive(
         &self,
         primitive: &gltf::Primitive<'_>,
-        transform: &Transform,
+        node: DMat4,
         place: &str,
         soup: &mut Soup,
     ) -> Result<(), InputError> {
@@ -194,6 +190,7 @@ impl Reader<'_> {
             normal: normals.as_ref().map(|_| shifted(base[1], i)),
             texcoord: texcoords.as_ref().map(|_| shifted(base[2], i)),
         };
+        let (turn, mirrors) = for_normals(node);
         for k in 0..count {
             let [a, b, c] = if mode == Mode::Triangles {
                 [3 * k, 3 * k + 1, 3 * k + 2]
@@ -205,11 +202,13 @@ impl Reader<'_> {
             } else {
                 [k, k + 1, k + 2]
             };
-            let [a, b, c] = if transform.mirrors { [a, c, b] } else { [a, b, c] };
+            let [a, b, c] = if mirrors { [a, c, b] } else { [a, b, c] };
             soup.triangles.push([a, b, c].map(|i| corner(indices[i])));
         }
-        soup.positions.extend(positions.iter().map(|p| transform.point(*p)));
-        soup.normals.extend(normals.iter().flatten().map(|n| transform.normal(*n)));
+        let place = |p: &[f64; 3]| node.transform_point3(DVec3::from(*p)).to_array();
+        let turn = |n: &[f64; 3]| (turn * DVec3::from(*n)).to_array();
+        soup.positions.extend(positions.iter().map(place));
+        soup.normals.extend(normals.iter().flatten().map(turn));
         soup.texcoords.extend(texcoords.iter().flatten());
         Ok(())
     }
@@ -310,43 +309,11 @@ impl Reader<'_> {
     }
 }
 
-/// A node's place in the world: columns of a 4 × 4 matrix whose last row is (0, 0, 0, 1).
-#[derive(Clone, Copy)]
-struct Transform {
-    columns: [[f64; 4]; 4],
-    mirrors: bool,
-}
-
-impl Transform {
-    fn of(columns: [[f64; 4]; 4]) -> Self {
-        let [x, y, z] = [0, 1, 2].map(|i| [columns[i][0], columns[i][1], columns[i][2]]);
-        Self { columns, mirrors: dot(cross(x, y), z) < 0.0 }
-    }
-
-    /// self · local.
-    fn then(&self, local: [[f32; 4]; 4]) -> Self {
-        Self::of(local.map(|column| {
-            std::array::from_fn(|row| {
-                (0..4).map(|k| self.columns[k][row] * f64::from(column[k])).sum()
-            })
-        }))
-    }
-
-    fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        let c = &self.columns;
-        [0, 1, 2].map(|i| c[0][i] * p[0] + c[1][i] * p[1] + c[2][i] * p[2] + c[3][i])
-    }
-
-    /// The cofactors times n, turned around where the transform mirrors: a positive multiple of the
-    /// inverse transpose, which exists even where a scale is zero.
-    fn normal(&self, n: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = [0, 1, 2].map(|i| {
-            let c = self.columns[i];
-            [c[0], c[1], c[2]]
-        });
-        let columns = [cross(y, z), cross(z, x), cross(x, y)];
-        let sign = if self.mirrors { -1.0 } else { 1.0 };
-        [0, 1, 2]
-            .map(|i| sign * (columns[0][i] * n[0] + columns[1][i] * n[1] + columns[2][i] * n[2]))
-    }
+/// The cofactors of a place, turned around where it mirrors: a positive multiple of the inverse transpose, which exists
+/// even where a scale is zero. Second: whether it mirrors.
+fn for_normals(place: DMat4) -> (DMat3, bool) {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = DMat3::from_mat4(place);
+    let mirrors = x.cross(y).dot(z) < 0.0;
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    (if mirrors { -cofactors } else { cofactors }, mirrors)
 }

@@ -13,7 +13,8 @@ mod obj;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::base::dual::{cross, difference};
+use glam::DVec3;
+
 use crate::error::InputError;
 pub use intersect::{Barycentric, meet};
 
@@ -76,9 +77,9 @@ impl Repairs {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
     /// Positions of the corners, counter-clockwise from outside.
-    pub positions: [[f64; 3]; 3],
+    pub positions: [DVec3; 3],
     /// Unit normals at the corners.
-    pub normals: [[f64; 3]; 3],
+    pub normals: [DVec3; 3],
     /// Texture coordinates at the corners; zero where the mesh is not textured.
     pub texcoords: [[f64; 2]; 3],
 }
@@ -86,29 +87,26 @@ pub struct Triangle {
 impl Triangle {
     /// A vector across the triangle's plane, outwards: twice its area long.
     #[must_use]
-    pub fn plane_normal(&self) -> [f64; 3] {
+    pub fn plane_normal(&self) -> DVec3 {
         let [a, b, c] = self.positions;
-        cross(difference(b, a), difference(c, a))
+        (b - a).cross(c - a)
     }
 
     /// Directions in the plane along which s and t grow; of any length. Where the texture coordinates
     /// span no area: an edge, and the direction across it that is right for a map seen from outside.
     #[must_use]
-    pub fn tangents(&self) -> ([f64; 3], [f64; 3]) {
+    pub fn tangents(&self) -> (DVec3, DVec3) {
         let [a, b, c] = self.positions;
-        let (ab, ac) = (difference(b, a), difference(c, a));
+        let (ab, ac) = (b - a, c - a);
         let [ta, tb, tc] = self.texcoords;
         let (s1, t1) = (tb[0] - ta[0], tb[1] - ta[1]);
         let (s2, t2) = (tc[0] - ta[0], tc[1] - ta[1]);
         let area = s1 * t2 - s2 * t1;
         if area == 0.0 || !area.is_finite() {
-            return (ab, cross(ab, self.plane_normal()));
+            return (ab, ab.cross(self.plane_normal()));
         }
         let sign = area.signum();
-        (
-            [0, 1, 2].map(|i| sign * (ab[i] * t2 - ac[i] * t1)),
-            [0, 1, 2].map(|i| sign * (ac[i] * s1 - ab[i] * s2)),
-        )
+        (sign * (ab * t2 - ac * t1), sign * (ac * s1 - ab * s2))
     }
 }
 
@@ -127,7 +125,7 @@ impl Mesh {
     /// # Errors
     /// A file that cannot be read, is of neither kind, is damaged or too large, or has no triangle
     /// with an area.
-    pub fn load(path: &Path, centre: [f64; 3], radius: f64) -> Result<(Self, Repairs), InputError> {
+    pub fn load(path: &Path, centre: DVec3, radius: f64) -> Result<(Self, Repairs), InputError> {
         let subject = path.display().to_string();
         let soup = read(path, &subject)?;
         Self::new(&soup, &subject, centre, radius)
@@ -140,7 +138,7 @@ impl Mesh {
     pub fn new(
         soup: &Soup,
         subject: &str,
-        centre: [f64; 3],
+        centre: DVec3,
         radius: f64,
     ) -> Result<(Self, Repairs), InputError> {
         check_numbers(soup, subject)?;
@@ -187,7 +185,7 @@ impl Mesh {
     /// The nearest triangle that a ray meets at a multiple of `direction` within (`after`, ∞): its
     /// index. Of triangles at the same distance the first.
     #[must_use]
-    pub fn nearest(&self, origin: [f64; 3], direction: [f64; 3], after: f64) -> Option<usize> {
+    pub fn nearest(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<usize> {
         self.tree.nearest(&self.triangles, origin, direction, after)
     }
 }

@@ -6,8 +6,10 @@
 
 use std::collections::HashMap;
 
+use glam::DVec3;
+
 use super::{Corner, Soup};
-use crate::base::dual::{cross, difference, dot};
+use crate::base::vector;
 
 /// Unit normals of every triangle's corners, and how many were computed.
 ///
@@ -15,9 +17,9 @@ use crate::base::dual::{cross, difference, dot};
 pub(super) fn complete(
     soup: &Soup,
     triangles: &[[Corner; 3]],
-    positions: &[[f64; 3]],
-) -> (Vec<[[f64; 3]; 3]>, usize) {
-    let given = |corner: &Corner| unit(soup.normals[corner.normal? as usize]);
+    positions: &[DVec3],
+) -> (Vec<[DVec3; 3]>, usize) {
+    let given = |corner: &Corner| unit(soup.normals[corner.normal? as usize].into());
     let mut missing = 0;
     for corner in triangles.iter().flatten() {
         missing += usize::from(given(corner).is_none());
@@ -30,7 +32,7 @@ pub(super) fn complete(
                 given(&corner)
                     .or_else(|| unit(*means.get(&key(positions[corner.position as usize]))?))
                     .or_else(|| unit(face(corners, positions)))
-                    .unwrap_or([0.0, 0.0, 1.0])
+                    .unwrap_or(DVec3::Z)
             })
         })
         .collect();
@@ -38,8 +40,8 @@ pub(super) fn complete(
 }
 
 /// Sum of angle · unit normal of the faces around each place, in the triangles' order.
-fn means(triangles: &[[Corner; 3]], positions: &[[f64; 3]]) -> HashMap<[u64; 3], [f64; 3]> {
-    let mut sums: HashMap<[u64; 3], [f64; 3]> = HashMap::new();
+fn means(triangles: &[[Corner; 3]], positions: &[DVec3]) -> HashMap<[u64; 3], DVec3> {
+    let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
     for corners in triangles {
         let places = corners.map(|c| positions[c.position as usize]);
         let Some(normal) = unit(face(corners, positions)) else {
@@ -47,36 +49,27 @@ fn means(triangles: &[[Corner; 3]], positions: &[[f64; 3]]) -> HashMap<[u64; 3],
         };
         for i in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|k| places[(i + k) % 3]);
-            let (ab, ac) = (difference(b, a), difference(c, a));
-            let across = cross(ab, ac);
-            let angle = libm::atan2(dot(across, across).sqrt(), dot(ab, ac));
-            let sum = sums.entry(key(a)).or_default();
-            for (sum, n) in sum.iter_mut().zip(normal) {
-                *sum += angle * n;
-            }
+            let (ab, ac) = (b - a, c - a);
+            let angle = libm::atan2(ab.cross(ac).length(), ab.dot(ac));
+            *sums.entry(key(a)).or_default() += angle * normal;
         }
     }
     sums
 }
 
 /// (b − a) × (c − a).
-fn face(corners: &[Corner; 3], positions: &[[f64; 3]]) -> [f64; 3] {
+fn face(corners: &[Corner; 3], positions: &[DVec3]) -> DVec3 {
     let [a, b, c] = corners.map(|c| positions[c.position as usize]);
-    cross(difference(b, a), difference(c, a))
+    (b - a).cross(c - a)
 }
 
 /// A place by its bits, −0 as +0.
-fn key(position: [f64; 3]) -> [u64; 3] {
-    position.map(|c| (c + 0.0).to_bits())
+fn key(position: DVec3) -> [u64; 3] {
+    position.to_array().map(|c| (c + 0.0).to_bits())
 }
 
 /// The vector at length 1; scaled by its largest component first. `None` for zero.
-fn unit(n: [f64; 3]) -> Option<[f64; 3]> {
-    let largest = n.iter().fold(0.0f64, |most, c| most.max(c.abs()));
-    if largest <= 0.0 {
-        return None;
-    }
-    let n = n.map(|c| c / largest);
-    let length = dot(n, n).sqrt();
-    Some(n.map(|c| c / length))
+fn unit(n: DVec3) -> Option<DVec3> {
+    let largest = n.abs().max_element();
+    (largest > 0.0).then(|| vector::unit(n / largest))
 }

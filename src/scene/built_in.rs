@@ -1,10 +1,11 @@
 //! The built-in scenes of the ENV operation. Lengths are in units of the object; the picture's shorter side sets the
 //! focal length, so that every size shows the same.
 
+use glam::{DVec3, dvec3};
+
 use super::bump_maps;
 use super::registry::{Plan, SceneInfo};
 use super::surface::{Camera, Shape};
-use crate::base::dual::{cross, dot};
 
 /// Every built-in scene of the ENV operation.
 pub const SCENES: &[SceneInfo] = &[
@@ -42,22 +43,20 @@ fn straight(width: usize, height: usize, focal: f64) -> Camera {
 
 /// Silhouette radius z0/√(d² − 1) = 0.48 of the shorter side.
 fn sphere(width: usize, height: usize) -> (Camera, Shape) {
-    let centre = [0.0, 0.0, -(1.0 + 2.5f64 * 2.5).sqrt()];
+    let centre = dvec3(0.0, 0.0, -(1.0 + 2.5f64 * 2.5).sqrt());
     (straight(width, height, 1.2), Shape::Sphere { centre, radius: 1.0, repeats: 4.0 })
 }
 
 /// The axis leans to the right by the angle of (6, 18, 1)/19, a unit vector.
 fn cylinder(width: usize, height: usize) -> (Camera, Shape) {
-    let axis = [6.0 / 19.0, 18.0 / 19.0, 1.0 / 19.0];
-    let toward_eye = [0.0, -1.0 / 19.0, 18.0 / 19.0];
-    let e = cross(axis, toward_eye);
-    let unit = 1.0 / dot(e, e).sqrt();
-    let right = e.map(|c| c * unit);
+    let axis = dvec3(6.0 / 19.0, 18.0 / 19.0, 1.0 / 19.0);
+    let toward_eye = dvec3(0.0, -1.0 / 19.0, 18.0 / 19.0);
+    let right = axis.cross(toward_eye).normalize();
     let shape = Shape::Cylinder {
-        centre: [0.0, 0.0, -3.5],
+        centre: dvec3(0.0, 0.0, -3.5),
         axis,
         radius: 1.0,
-        across: [cross(right, axis), right],
+        across: [right.cross(axis), right],
         repeats: 4.0,
     };
     (straight(width, height, 1.2), shape)
@@ -65,16 +64,14 @@ fn cylinder(width: usize, height: usize) -> (Camera, Shape) {
 
 /// (3, 4, 12)/13 is a unit vector, and so are the two across it.
 fn parabola(width: usize, height: usize) -> (Camera, Shape) {
-    let axis = [3.0 / 13.0, 4.0 / 13.0, 12.0 / 13.0];
-    let e = cross([0.0, 1.0, 0.0], axis);
-    let unit = 1.0 / dot(e, e).sqrt();
-    let right = e.map(|c| c * unit);
+    let axis = dvec3(3.0 / 13.0, 4.0 / 13.0, 12.0 / 13.0);
+    let right = DVec3::Y.cross(axis).normalize();
     let shape = Shape::Parabola {
         axis,
         length: 1.0,
         // Where the middle ray −z meets |P| = ⟨P, axis⟩ + 2: distance 2/(1 + 12/13).
-        aim: [0.0, 0.0, -26.0 / 25.0],
-        across: [right, cross(axis, right)],
+        aim: dvec3(0.0, 0.0, -26.0 / 25.0),
+        across: [right, axis.cross(right)],
         aperture: 0.46,
         tile: 0.5,
     };
@@ -84,9 +81,9 @@ fn parabola(width: usize, height: usize) -> (Camera, Shape) {
 /// The plate leans back by the angle of 7-24-25.
 fn scratches(width: usize, height: usize) -> (Camera, Shape) {
     let shape = Shape::Plate {
-        middle: [0.0, 0.0, -3.0],
-        normal: [0.0, 0.28, 0.96],
-        across: [[1.0, 0.0, 0.0], [0.0, 0.96, -0.28]],
+        middle: dvec3(0.0, 0.0, -3.0),
+        normal: dvec3(0.0, 0.28, 0.96),
+        across: [DVec3::X, dvec3(0.0, 0.96, -0.28)],
         radius: 2.4,
         aperture: 1.12,
         tile: 2.0,

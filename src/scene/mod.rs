@@ -15,9 +15,10 @@ pub mod world;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::base::dual::{self, Dual, cross};
+use crate::base::dual::{Dual, values};
 use crate::cube::CubeLevel;
 use crate::error::InputError;
 use crate::fragment::{Fragment, PixelFragment};
@@ -123,21 +124,17 @@ impl Surface {
     ///
     /// Unfiltered means: level 0, bilinear between texels.
     #[must_use]
-    pub fn shade_point(&self, px: f64, py: f64) -> Option<[f64; 3]> {
+    pub fn shade_point(&self, px: f64, py: f64) -> Option<DVec3> {
         let ray = self.camera.ray(px, py);
         let hit = self.shape.hit(ray, self.pyramid.is_some())?;
-        let v = ray.map(|c| -c);
-        let n = match &self.pyramid {
-            None => hit.n,
-            Some(pyramid) => {
-                let [b1, b2] = pyramid.map().bilinear(hit.st[0], hit.st[1]);
-                let (e1, e2) = local_frame(hit.n, hit.h);
-                let b2 = if hit.mirrored { -b2 } else { b2 };
-                [0, 1, 2].map(|i| hit.n[i] + b1 * e1[i] + b2 * e2[i])
-            }
-        };
-        let (along, square) = (dual::dot(v, n), dual::dot(n, n));
-        Some([0, 1, 2].map(|i| 2.0 * n[i] * along - v[i] * square))
+        let (v, mut n) = (-DVec3::from(ray), DVec3::from(hit.n));
+        if let Some(pyramid) = &self.pyramid {
+            let [b1, b2] = pyramid.map().bilinear(hit.st[0], hit.st[1]);
+            let (e1, e2) = local_frame(n, hit.h);
+            let b2 = if hit.mirrored { -b2 } else { b2 };
+            n = n + b1 * e1 + b2 * e2;
+        }
+        Some(2.0 * n * v.dot(n) - v * n.length_squared())
     }
 
     /// The unit's input at an image position; `None` where the surface is missed.
@@ -146,10 +143,10 @@ impl Surface {
         let (dx, dy) = (Dual { value: px, dx: 1.0, dy: 0.0 }, Dual { value: py, dx: 0.0, dy: 1.0 });
         let ray = self.camera.ray(dx, dy);
         let hit = self.shape.hit(ray, self.pyramid.is_some())?;
-        let n = hit.n.map(|c| c.value);
+        let n = values(hit.n);
         let mut fragment = Fragment {
             v: ray.map(|c| -c.value),
-            n,
+            n: n.to_array(),
             dv_dx: ray.map(|c| -c.dx),
             dv_dy: ray.map(|c| -c.dy),
             dn_dx: hit.n.map(|c| c.dx),
@@ -168,16 +165,13 @@ impl Surface {
             }
             let (e1, e2) = local_frame(n, h);
             let [by_s, by_t] = filtered.slope;
-            let bend = |ds: f64, dt: f64| {
-                let b = [0, 1].map(|i| by_s[i] * ds + by_t[i] * dt);
-                [0, 1, 2].map(|i| b[0] * e1[i] + b[1] * e2[i])
+            let bend = |dn: &mut [f64; 3], ds: f64, dt: f64| {
+                let [b1, b2] = [0, 1].map(|i| by_s[i] * ds + by_t[i] * dt);
+                *dn = (DVec3::from(*dn) + (b1 * e1 + b2 * e2)).to_array();
             };
-            let (bend_x, bend_y) = (bend(s.dx, t.dx), bend(s.dy, t.dy));
-            for i in 0..3 {
-                fragment.dn_dx[i] += bend_x[i];
-                fragment.dn_dy[i] += bend_y[i];
-            }
-            fragment.h = Some(h);
+            bend(&mut fragment.dn_dx, s.dx, t.dx);
+            bend(&mut fragment.dn_dy, s.dy, t.dy);
+            fragment.h = Some(h.to_array());
             fragment.bump = Some(filtered.bump);
             fragment.rough = Some(filtered.rough);
         }
@@ -187,19 +181,15 @@ impl Surface {
 
 /// e1 = (h × n)/|h × n|·|n| and e2 = (n × e1)/|n|; for h parallel to n any orthogonal pair.
 #[must_use]
-pub fn local_frame(n: [f64; 3], h: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    let mut side = cross(h, n);
-    let mut square = dual::dot(side, side);
-    if square <= 0.0 {
-        let other = if n[0].abs() < n[1].abs() { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-        side = cross(other, n);
-        square = dual::dot(side, side);
+pub fn local_frame(n: DVec3, h: DVec3) -> (DVec3, DVec3) {
+    let mut side = h.cross(n);
+    if side.length_squared() <= 0.0 {
+        let other = if n.x.abs() < n.y.abs() { DVec3::X } else { DVec3::Y };
+        side = other.cross(n);
     }
-    let length = dual::dot(n, n).sqrt();
-    let scale = length / square.sqrt();
-    let e1 = side.map(|c| c * scale);
-    let e2 = cross(n, e1).map(|c| c / length);
-    (e1, e2)
+    let length = n.length();
+    let e1 = side * (length / side.length());
+    (e1, n.cross(e1) / length)
 }
 
 /// Builds a scene: its fragments depend on nothing but its name, the options and the two roughness

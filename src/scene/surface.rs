@@ -10,18 +10,20 @@
 
 use std::sync::Arc;
 
-use crate::base::dual::{Scalar, constants, cross, difference, dot, scaled, sum};
+use glam::{DVec3, dvec3};
+
+use crate::base::dual::{Scalar, constants, difference, dot, scaled, sum, values};
 use crate::mesh::{self, Mesh};
 
 /// A pinhole camera at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Unit vector of increasing image x.
-    pub right: [f64; 3],
+    pub right: DVec3,
     /// Unit vector of increasing image y (downwards).
-    pub down: [f64; 3],
+    pub down: DVec3,
     /// Unit vector that the camera looks along.
-    pub forward: [f64; 3],
+    pub forward: DVec3,
     /// Focal length z0 in pixels.
     pub focal: f64,
     /// The image centre in pixels from the top left corner.
@@ -33,9 +35,9 @@ impl Camera {
     #[must_use]
     pub fn tilted(width: usize, height: usize, focal: f64, sine: f64, cosine: f64) -> Self {
         Self {
-            right: [1.0, 0.0, 0.0],
-            down: [0.0, -cosine, sine],
-            forward: [0.0, -sine, -cosine],
+            right: DVec3::X,
+            down: dvec3(0.0, -cosine, sine),
+            forward: dvec3(0.0, -sine, -cosine),
             focal,
             centre: [half(width), half(height)],
         }
@@ -47,7 +49,7 @@ impl Camera {
         let x = px - S::constant(self.centre[0]);
         let y = py - S::constant(self.centre[1]);
         let plane = sum(scaled(constants(self.right), x), scaled(constants(self.down), y));
-        sum(plane, self.forward.map(|c| S::constant(c * self.focal)))
+        sum(plane, constants(self.forward * self.focal))
     }
 }
 
@@ -64,7 +66,7 @@ pub struct Hit<S> {
     /// Texture coordinates of a bump map; zero where the caller asked for none.
     pub st: [S; 2],
     /// The main direction h of the local frame, which makes e1 point along s.
-    pub h: [f64; 3],
+    pub h: DVec3,
     /// Whether t grows along +e2, not along −e2: the map is seen from its back.
     pub mirrored: bool,
 }
@@ -75,7 +77,7 @@ pub enum Shape {
     /// A ball; texture by longitude and colatitude, pole axis +y.
     Sphere {
         /// Centre.
-        centre: [f64; 3],
+        centre: DVec3,
         /// Radius.
         radius: f64,
         /// Repetitions of the map over a full turn; over half a turn of latitude half as many.
@@ -84,26 +86,26 @@ pub enum Shape {
     /// An endless circular cylinder.
     Cylinder {
         /// A point of the axis.
-        centre: [f64; 3],
+        centre: DVec3,
         /// Unit vector of the axis.
-        axis: [f64; 3],
+        axis: DVec3,
         /// Radius.
         radius: f64,
         /// Two unit vectors across the axis: angle 0 and a quarter turn on.
-        across: [[f64; 3]; 2],
+        across: [DVec3; 2],
         /// Repetitions of the map over a full turn.
         repeats: f64,
     },
     /// A paraboloid |P| = ⟨P, axis⟩ + 2·length with its focus in the eye, cut to a round mirror.
     Parabola {
         /// Unit vector of the axis: every ray leaves along it.
-        axis: [f64; 3],
+        axis: DVec3,
         /// Focal length of the mirror (not of the camera).
         length: f64,
         /// A point on the line through the mirror's centre along the axis.
-        aim: [f64; 3],
+        aim: DVec3,
         /// Two unit vectors across the axis, along s and up.
-        across: [[f64; 3]; 2],
+        across: [DVec3; 2],
         /// Radius of the mirror's outline, across the axis.
         aperture: f64,
         /// Width of one repetition of the map.
@@ -112,11 +114,11 @@ pub enum Shape {
     /// A round cap of a large ball, textured as a plate.
     Plate {
         /// The middle of the plate.
-        middle: [f64; 3],
+        middle: DVec3,
         /// Its unit normal there.
-        normal: [f64; 3],
+        normal: DVec3,
         /// Unit vectors along s and up.
-        across: [[f64; 3]; 2],
+        across: [DVec3; 2],
         /// Radius of the ball.
         radius: f64,
         /// Radius of the plate's outline.
@@ -138,14 +140,14 @@ pub enum Shape {
 impl Shape {
     /// The main direction h of the local frame, which makes e1 point along s.
     #[must_use]
-    pub fn main_direction(&self) -> [f64; 3] {
+    pub fn main_direction(&self) -> DVec3 {
         match self {
-            Self::Sphere { .. } => [0.0, 1.0, 0.0],
+            Self::Sphere { .. } => DVec3::Y,
             Self::Cylinder { axis, .. } => *axis,
             Self::Parabola { across, .. } | Self::Plate { across, .. } => across[1],
-            Self::Water { .. } => [0.0, 0.0, -1.0],
+            Self::Water { .. } => DVec3::NEG_Z,
             // Each triangle has its own: see `Hit`.
-            Self::Mesh(_) => [0.0; 3],
+            Self::Mesh(_) => DVec3::ZERO,
         }
     }
 
@@ -218,7 +220,7 @@ impl Shape {
                 } else {
                     zero
                 };
-                Some(hit(constants([0.0, 1.0, 0.0]), st))
+                Some(hit(constants(DVec3::Y), st))
             }
         }
     }
@@ -227,25 +229,23 @@ impl Shape {
 /// Meets a mesh from the origin: the nearest triangle, then its corners' normals and texture coordinates by
 /// weights that carry the screen derivatives.
 fn on_mesh<S: Scalar>(mesh: &Mesh, ray: [S; 3], textured: bool) -> Option<Hit<S>> {
-    let triangle = &mesh.triangles()[mesh.nearest([0.0; 3], ray.map(S::value), 0.0)?];
-    let [a, b, c] = mesh::meet(triangle, constants([0.0; 3]), ray)?.weights;
+    let direction = values(ray);
+    let triangle = &mesh.triangles()[mesh.nearest(DVec3::ZERO, direction, 0.0)?];
+    let [a, b, c] = mesh::meet(triangle, constants(DVec3::ZERO), ray)?.weights;
     let [na, nb, nc] = triangle.normals.map(constants::<S>);
     let n = sum(sum(scaled(na, a), scaled(nb, b)), scaled(nc, c));
     // The side that the eye sees.
-    let side = triangle.plane_normal();
-    let n = if dot(side, ray.map(S::value)) > 0.0 { n.map(|c| -c) } else { n };
+    let n = if triangle.plane_normal().dot(direction) > 0.0 { n.map(|c| -c) } else { n };
     if !textured {
-        return Some(Hit { n, st: [S::constant(0.0); 2], h: [0.0; 3], mirrored: false });
+        return Some(Hit { n, st: [S::constant(0.0); 2], h: DVec3::ZERO, mirrored: false });
     }
     let [ta, tb, tc] = triangle.texcoords;
     let st =
         [0, 1].map(|i| a * S::constant(ta[i]) + b * S::constant(tb[i]) + c * S::constant(tc[i]));
     let (along_s, along_t) = triangle.tangents();
-    let facing = n.map(S::value);
     // (h × n) is along ∂P/∂s across n for h = n × ∂P/∂s; e2 = n × e1.
-    let h = cross(facing, along_s);
-    let mirrored = dot(cross(facing, along_s), along_t) > 0.0;
-    Some(Hit { n, st, h, mirrored })
+    let h = values(n).cross(along_s);
+    Some(Hit { n, st, h, mirrored: h.dot(along_t) > 0.0 })
 }
 
 /// The nearest multiple of the ray on a ball that does not hold the origin; a ray that only touches it
@@ -265,8 +265,8 @@ fn ball<S: Scalar>(ray: [S; 3], centre: [S; 3], radius: f64) -> Option<S> {
 /// Texture coordinates of a point by its place in a plane; `None` outside a round outline.
 fn outline<S: Scalar>(
     point: [S; 3],
-    middle: [f64; 3],
-    across: [[f64; 3]; 2],
+    middle: DVec3,
+    across: [DVec3; 2],
     aperture: f64,
     tile: f64,
 ) -> Option<[S; 2]> {

@@ -4,6 +4,7 @@
     reason = "a test stops at the first thing that is not as it should be"
 )]
 
+use glam::DVec3;
 use tapline::base::dual::Dual;
 use tapline::cube::face_uv;
 use tapline::fragment::{Fragment, PixelFragment};
@@ -117,12 +118,7 @@ fn fragments_follow_the_camera_convention() {
             assert!(dot(fragment.v, fragment.n) > 0.0, "{} {pixel:?} looks away", info.name);
         }
         // Right-handed: right × down = forward, to the rounding of products of unit vectors.
-        let (r, d) = (camera.right, camera.down);
-        let cross =
-            [r[1] * d[2] - r[2] * d[1], r[2] * d[0] - r[0] * d[2], r[0] * d[1] - r[1] * d[0]];
-        for (c, forward) in cross.iter().zip(camera.forward) {
-            assert!((c - forward).abs() <= 4.0 * EPS);
-        }
+        assert!(camera.right.cross(camera.down).abs_diff_eq(camera.forward, 4.0 * EPS));
     }
 }
 
@@ -187,10 +183,10 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
             let mut magnified = 0;
             for PixelFragment { pixel, fragment: f } in &scene.fragments {
                 let [px, py] = pixel.map(|c| f64::from(c) + 0.5);
-                let mut n = f.n;
+                let (mut n, v) = (DVec3::from(f.n), DVec3::from(f.v));
                 if let (Some(h), Some([b1, b2])) = (f.h, f.bump) {
-                    let (e1, e2) = local_frame(n, h);
-                    n = [0, 1, 2].map(|i| n[i] + b1 * e1[i] + b2 * e2[i]);
+                    let (e1, e2) = local_frame(n, h.into());
+                    n = n + b1 * e1 + b2 * e2;
                     // Level 0 only: it has no covariance of its own, so at texel centres and under the
                     // least derivative the roughness is the spread between taps alone.
                     let x = Dual { value: px, dx: 1.0, dy: 0.0 };
@@ -203,14 +199,11 @@ fn a_fragment_and_a_sample_at_its_centre_reflect_alike() {
                     }
                     magnified += 1;
                 }
-                let (along, square) = (dot(f.v, n), dot(n, n));
-                let want = [0, 1, 2].map(|i| 2.0 * n[i] * along - f.v[i] * square);
+                let want = 2.0 * n * v.dot(n) - v * n.length_squared();
                 let got = scene.surface.shade_point(px, py).unwrap();
-                let size = dot(f.v, f.v).sqrt() * square;
+                let size = v.length() * n.length_squared();
                 let bound = if smooth { 0.0 } else { 8.0 * 16.0 * EPS * size };
-                for (got, want) in got.iter().zip(want) {
-                    assert!((got - want).abs() <= bound, "{} {pixel:?}", info.name);
-                }
+                assert!(got.abs_diff_eq(want, bound), "{} {pixel:?}", info.name);
             }
             assert!(smooth || magnified > 100, "{}: {magnified} magnified", info.name);
         }
@@ -271,16 +264,15 @@ fn texture_coordinates_grow_along_the_local_frame() {
             assert!(determinant < 0.0, "{} {:?}", info.name, pixel.pixel);
             // And e1, as the screen sees it, is on the side where s grows.
             let h = scene.surface.shape.main_direction();
-            let (e1, e2) = local_frame(pixel.fragment.n, h);
-            assert!(dot(e1, e2).abs() <= 16.0 * EPS * dot(e1, e1));
-            let v = pixel.fragment.v;
+            let (e1, e2) = local_frame(pixel.fragment.n.into(), h);
+            assert!(e1.dot(e2).abs() <= 16.0 * EPS * e1.length_squared());
+            let v = DVec3::from(pixel.fragment.v);
             // Project a step along e1 from the point seen at this pixel: image motion is e1 less its
             // part along the ray.
             let camera = scene.surface.camera;
-            let depth = -dot(v, camera.forward);
-            let ahead = dot(e1, camera.forward) / depth;
-            let image =
-                [camera.right, camera.down].map(|axis| dot(e1, axis) + ahead * dot(v, axis));
+            let depth = -v.dot(camera.forward);
+            let ahead = e1.dot(camera.forward) / depth;
+            let image = [camera.right, camera.down].map(|axis| e1.dot(axis) + ahead * v.dot(axis));
             let growth = s.dx * image[0] + s.dy * image[1];
             assert!(growth > 0.0, "{} {:?}: s shrinks along e1", info.name, pixel.pixel);
         }

@@ -7,6 +7,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
+use glam::{DVec3, dvec3};
 use tapline::image::{LoadOptions, load_distance, load_environment, load_planar, write_planes};
 use tapline::impostor::{Impostor, write_impostor};
 use tapline::scene::world::World;
@@ -38,10 +39,12 @@ fn an_impostor_comes_back_without_a_changed_bit() {
     let folder = Folder::new();
     let path = folder.0.path().join("room.exr");
     // A ball alone: most directions see nothing and are infinite.
-    let ball = World::default()
-        .with(Ball { centre: [0.5, 0.0, -2.0], radius: 1.0 }, Paint::Tiled { colour: [0.5; 3] });
+    let ball = World::default().with(
+        Ball { centre: dvec3(0.5, 0.0, -2.0), radius: 1.0 },
+        Paint::Tiled { colour: [0.5; 3] },
+    );
     for (world, infinite) in [(ball, true), (built_in::columns(), false)] {
-        let impostor = Impostor::build(&world, [0.0; 3], 24);
+        let impostor = Impostor::build(&world, DVec3::ZERO, 24);
         let mut file = File::create(&path).unwrap();
         write_impostor(&mut file, &impostor, &[]).unwrap();
         let options = LoadOptions::default();
@@ -112,7 +115,7 @@ fn resampling_keeps_infinite_texels_infinite_and_never_makes_a_nan() {
 fn damaged_and_unfit_files_are_errors() {
     let folder = Folder::new();
     let options = LoadOptions::default();
-    let impostor = Impostor::build(&built_in::room(), [0.0; 3], 8);
+    let impostor = Impostor::build(&built_in::room(), DVec3::ZERO, 8);
     let mut whole = Vec::new();
     write_impostor(&mut whole, &impostor, &[]).unwrap();
     let path = folder.0.path().join("cut.exr");
@@ -131,12 +134,13 @@ fn worlds_are_closed_and_only_the_room_is_convex_from_the_reference_point() {
     for (world, convex) in
         [(built_in::room(), true), (built_in::columns(), false), (built_in::doorway(), false)]
     {
-        let impostor = Impostor::build(&world, [0.0; 3], 32);
+        let impostor = Impostor::build(&world, DVec3::ZERO, 32);
         assert!(impostor.distance.texels.iter().all(|d| d.is_finite()));
         let walls: std::collections::BTreeSet<i32> =
             impostor.walls.texels.iter().map(|w| w.wall).collect();
         assert_eq!(walls.len() == 6 && walls.iter().all(|w| *w < 6), convex);
     }
     // A box of the room's size and nothing else.
-    assert_eq!(built_in::ROOM, Cuboid { low: [-4.0, -2.0, -5.0], high: [4.0, 3.0, 5.0] });
+    let [low, high] = [dvec3(-4.0, -2.0, -5.0), dvec3(4.0, 3.0, 5.0)];
+    assert_eq!(built_in::ROOM, Cuboid { low, high });
 }

@@ -1,5 +1,7 @@
 //! The built-in scenes of the HIT operation. Lengths are metres; the impostor's reference point is the origin.
 
+use glam::dvec3;
+
 use super::Plan;
 use super::view::Finish;
 use crate::scene::registry::{self, SceneInfo};
@@ -36,8 +38,8 @@ pub const GLASS: f64 = 1.3;
 fn room() -> Plan {
     Plan {
         world: worlds::room(),
-        eye: [-1.4, 0.5, 3.8],
-        centre: [1.6, -0.7, -2.0],
+        eye: dvec3(-1.4, 0.5, 3.8),
+        centre: dvec3(1.6, -0.7, -2.0),
         radius: 1.0,
         share: 0.45,
         finish: Finish::Mirror,
@@ -48,8 +50,8 @@ fn room() -> Plan {
 fn columns() -> Plan {
     Plan {
         world: worlds::columns(),
-        eye: [-0.9, 1.0, 4.0],
-        centre: [0.7, 0.9, -1.5],
+        eye: dvec3(-0.9, 1.0, 4.0),
+        centre: dvec3(0.7, 0.9, -1.5),
         radius: 0.7,
         ..room()
     }
@@ -58,8 +60,8 @@ fn columns() -> Plan {
 fn doorway() -> Plan {
     Plan {
         world: worlds::doorway(),
-        eye: [-0.9, 0.6, 4.2],
-        centre: [1.5, -0.3, -1.0],
+        eye: dvec3(-0.9, 0.6, 4.2),
+        centre: dvec3(1.5, -0.3, -1.0),
         radius: 0.8,
         ..room()
     }
@@ -68,12 +70,12 @@ fn doorway() -> Plan {
 fn glass() -> Plan {
     Plan {
         world: worlds::room(),
-        eye: [-2.2, 0.9, 3.6],
-        centre: [0.6, -0.7, -0.8],
+        eye: dvec3(-2.2, 0.9, 3.6),
+        centre: dvec3(0.6, -0.7, -0.8),
         radius: 0.9,
         // The caustic lies beside the ball: it gets more of the picture.
         share: 0.3,
         finish: Finish::Glass { index: GLASS },
-        lamp: Some(Lamp { position: [2.4, 2.2, 1.2], power: [150.0, 142.0, 128.0] }),
+        lamp: Some(Lamp { position: dvec3(2.4, 2.2, 1.2), power: [150.0, 142.0, 128.0] }),
     }
 }

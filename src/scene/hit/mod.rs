@@ -6,6 +6,7 @@ pub mod view;
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::registry::{self, SceneInfo, find_in};
@@ -49,7 +50,7 @@ pub struct HitScene {
     /// A lamp whose light the object throws onto the walls.
     pub lamp: Option<Lamp>,
     /// Middle and radius of a ball around the object.
-    pub bound: ([f64; 3], f64),
+    pub bound: (DVec3, f64),
     /// What had to be said about the mesh file, if there is one.
     pub notes: Vec<String>,
 }
@@ -70,9 +71,9 @@ pub struct Plan {
     /// What surrounds the ball.
     pub world: World,
     /// Where the camera stands; it looks at the ball.
-    pub eye: [f64; 3],
+    pub eye: DVec3,
     /// The ball's middle.
-    pub centre: [f64; 3],
+    pub centre: DVec3,
     /// The ball's radius.
     pub radius: f64,
     /// Radius of the ball's silhouette as a share of the picture's shorter side.
@@ -86,9 +87,7 @@ pub struct Plan {
 impl Plan {
     fn view(self, width: usize, height: usize) -> View {
         let Self { world, eye, centre, radius, share, finish, .. } = self;
-        let to = [0, 1, 2].map(|i| centre[i] - eye[i]);
-        let square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
-        let tangent = radius / (square - radius * radius).sqrt();
+        let tangent = radius / (centre.distance_squared(eye) - radius * radius).sqrt();
         let side = width.min(height) as f64;
         View {
             camera: look_at(eye, centre, [width, height], share * side / tangent),

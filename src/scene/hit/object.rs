@@ -2,7 +2,9 @@
 
 use std::fmt::Debug;
 
-use crate::base::dual::dot;
+use glam::DVec3;
+
+use crate::base::vector::unit;
 use crate::mesh::{Mesh, Triangle, meet};
 use crate::scene::world::Body;
 use crate::scene::world::bodies::Ball;
@@ -13,7 +15,7 @@ pub struct Skin {
     /// The point is origin + t · direction.
     pub t: f64,
     /// Unit shading normal that faces the ray's origin.
-    pub normal: [f64; 3],
+    pub normal: DVec3,
     /// Curvature k for that normal, per world unit: positive where the surface bulges towards the ray.
     pub curvature: f64,
 }
@@ -21,14 +23,14 @@ pub struct Skin {
 /// A reflective solid: a ball, or a mesh with smooth normals.
 pub trait Object: Debug + Send + Sync {
     /// The first meeting with t > `beyond`. `direction` has any length but zero.
-    fn skin(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Skin>;
+    fn skin(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Skin>;
 }
 
 impl Object for Ball {
-    fn skin(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Skin> {
+    fn skin(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Skin> {
         let meeting = self.meet(origin, direction, beyond)?;
-        let at = [0, 1, 2].map(|i| origin[i] + meeting.t * direction[i] - self.centre[i]);
-        let outside = (0..3).map(|i| at[i] * meeting.normal[i]).sum::<f64>() > 0.0;
+        let at = origin + meeting.t * direction - self.centre;
+        let outside = at.dot(meeting.normal) > 0.0;
         Some(Skin {
             t: meeting.t,
             normal: meeting.normal,
@@ -38,26 +40,18 @@ impl Object for Ball {
 }
 
 impl Object for Mesh {
-    fn skin(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Skin> {
+    fn skin(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Skin> {
         let triangle = &self.triangles()[self.nearest(origin, direction, beyond)?];
-        let found = meet(triangle, origin, direction)?;
-        let mut normal = [0.0; 3];
-        for (corner, weight) in triangle.normals.iter().zip(found.weights) {
-            for (sum, c) in normal.iter_mut().zip(corner) {
-                *sum += weight * c;
-            }
-        }
+        let found = meet(triangle, origin.to_array(), direction.to_array())?;
+        let weighted = triangle.normals.into_iter().zip(found.weights);
+        let smooth: DVec3 = weighted.map(|(corner, weight)| weight * corner).sum();
         // The plane tells the side; an interpolated normal that disagrees gives way to it.
         let plane = triangle.plane_normal();
-        let side = if dot(plane, direction) > 0.0 { -1.0 } else { 1.0 };
-        let mut normal = normal.map(|c| side * c);
-        if dot(normal, direction) >= 0.0 {
-            normal = plane.map(|c| side * c);
-        }
-        let length = dot(normal, normal).sqrt();
+        let side = if plane.dot(direction) > 0.0 { -1.0 } else { 1.0 };
+        let normal = if side * smooth.dot(direction) >= 0.0 { plane } else { smooth };
         Some(Skin {
             t: found.distance,
-            normal: normal.map(|c| c / length),
+            normal: unit(side * normal),
             curvature: side * curvature(triangle),
         })
     }
@@ -70,11 +64,9 @@ impl Object for Mesh {
 pub fn curvature(triangle: &Triangle) -> f64 {
     let edge = |i: usize| {
         let j = (i + 1) % 3;
-        let along: [f64; 3] =
-            std::array::from_fn(|c| triangle.positions[j][c] - triangle.positions[i][c]);
-        let turn: [f64; 3] =
-            std::array::from_fn(|c| triangle.normals[j][c] - triangle.normals[i][c]);
-        dot(turn, along) / dot(along, along)
+        let along = triangle.positions[j] - triangle.positions[i];
+        let turn = triangle.normals[j] - triangle.normals[i];
+        turn.dot(along) / along.length_squared()
     };
     let edges = [edge(0), edge(1), edge(2)];
     if edges.iter().any(|k| *k > 0.0) && edges.iter().any(|k| *k < 0.0) {
@@ -85,20 +77,22 @@ pub fn curvature(triangle: &Triangle) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
 
     #[test]
     fn the_curvature_of_a_triangle_on_a_ball_is_the_balls() {
-        let on = |n: [f64; 3]| n.map(|c| 2.5 * c);
-        let normals = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.28, 0.96]];
-        let ball = Triangle { positions: normals.map(on), normals, texcoords: [[0.0; 2]; 3] };
+        let normals = [DVec3::Z, dvec3(0.6, 0.0, 0.8), dvec3(0.0, 0.28, 0.96)];
+        let positions = normals.map(|n| 2.5 * n);
+        let ball = Triangle { positions, normals, texcoords: [[0.0; 2]; 3] };
         assert!((curvature(&ball) - 0.4).abs() < 1e-15);
-        let hollow = Triangle { normals: normals.map(|n| n.map(|c| -c)), ..ball };
+        let hollow = Triangle { normals: normals.map(|n| -n), ..ball };
         assert!((curvature(&hollow) + 0.4).abs() < 1e-15);
         // A saddle: one edge bulges, another sinks.
         let saddle = Triangle {
-            positions: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            normals: [[0.0, 0.0, 1.0], [0.1, 0.0, 0.995], [0.0, -0.1, 0.995]],
+            positions: [DVec3::ZERO, DVec3::X, DVec3::Y],
+            normals: [DVec3::Z, dvec3(0.1, 0.0, 0.995), dvec3(0.0, -0.1, 0.995)],
             texcoords: [[0.0; 2]; 3],
         };
         assert_eq!(curvature(&saddle).to_bits(), 0);

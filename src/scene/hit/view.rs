@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::object::Object;
-use crate::base::dual::{cross, dot};
+use crate::base::vector::unit;
 use crate::fragment::HitFragment;
 use crate::optics::{fresnel, refract};
 use crate::scene::surface::Camera;
@@ -37,7 +39,7 @@ pub struct View {
     /// Axes and focal length.
     pub camera: Camera,
     /// Where the camera stands.
-    pub eye: [f64; 3],
+    pub eye: DVec3,
     /// What reflects.
     pub object: Arc<dyn Object>,
     /// Its finish.
@@ -46,19 +48,14 @@ pub struct View {
     pub world: World,
 }
 
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = dot(a, a).sqrt();
-    a.map(|c| c / length)
-}
-
 /// A camera that looks from `eye` at `aim` with +y up.
 #[must_use]
-pub fn look_at(eye: [f64; 3], aim: [f64; 3], [width, height]: [usize; 2], focal: f64) -> Camera {
-    let forward = unit([0, 1, 2].map(|i| aim[i] - eye[i]));
-    let right = unit(cross(forward, [0.0, 1.0, 0.0]));
+pub fn look_at(eye: DVec3, aim: DVec3, [width, height]: [usize; 2], focal: f64) -> Camera {
+    let forward = unit(aim - eye);
+    let right = unit(forward.cross(DVec3::Y));
     Camera {
         right,
-        down: cross(forward, right),
+        down: forward.cross(right),
         forward,
         focal,
         centre: [width, height].map(|n| n as f64 / 2.0),
@@ -72,21 +69,19 @@ impl View {
     /// The cone starts with the angle that a pixel has at the eye, 1/|ray| for a ray in pixels, is as wide as
     /// angle · distance on the surface, and reflects as α' = α + 2k|w|.
     pub fn leaving(&self, px: f64, py: f64, each: &mut dyn FnMut(Leaving)) -> bool {
-        let ray = self.camera.ray(px, py);
+        let ray = DVec3::from(self.camera.ray(px, py));
         let Some(skin) = self.object.skin(self.eye, ray, 0.0) else {
             return false;
         };
-        let x = [0, 1, 2].map(|i| self.eye[i] + skin.t * ray[i]);
-        let length = dot(ray, ray).sqrt();
-        let angle = 1.0 / length;
+        let x = (self.eye + skin.t * ray).to_array();
+        let angle = 1.0 / ray.length();
         // The distance is t·|ray|, so that the width is t: a pixel is as wide as the ray's own unit.
         let width = skin.t;
-        let along = 2.0 * dot(ray, skin.normal);
-        let reflected = unit([0, 1, 2].map(|i| ray[i] - along * skin.normal[i]));
+        let reflected = unit(ray.reflect(skin.normal));
         let bend = skin.curvature * width.abs();
-        let mut send = |r: [f64; 3], angle: f64, share: f64| {
+        let mut send = |r: DVec3, angle: f64, share: f64| {
             each(Leaving {
-                fragment: HitFragment { x, r, cone: Some([angle, width]) },
+                fragment: HitFragment { x, r: r.to_array(), cone: Some([angle, width]) },
                 weight: [share; 3],
             });
         };
@@ -94,7 +89,7 @@ impl View {
             Finish::Mirror => send(reflected, angle + 2.0 * bend, 1.0),
             Finish::Glass { index } => {
                 let direction = unit(ray);
-                let share = fresnel(dot(direction, skin.normal).abs(), index, 0.0);
+                let share = fresnel(direction.dot(skin.normal).abs(), index, 0.0);
                 send(reflected, angle + 2.0 * bend, share);
                 if let Some(through) = refract(direction, skin.normal, 1.0 / index) {
                     send(through, (angle + bend) / index - bend, 1.0 - share);
@@ -109,7 +104,7 @@ impl View {
     pub fn shade(&self, px: f64, py: f64) -> Option<[f64; 3]> {
         let mut sum = [0.0; 3];
         self.leaving(px, py, &mut |leaving| {
-            let found = self.world.radiance(leaving.fragment.x, leaving.fragment.r);
+            let found = self.world.radiance(leaving.fragment.x.into(), leaving.fragment.r.into());
             for ((sum, c), weight) in sum.iter_mut().zip(found).zip(leaving.weight) {
                 *sum += weight * c;
             }
@@ -124,7 +119,7 @@ impl View {
         for j in 0..4 {
             for i in 0..4 {
                 let at = |n: usize, k: usize| n as f64 + (2 * k + 1) as f64 / 8.0;
-                let ray = self.camera.ray(at(column, i), at(row, j));
+                let ray = self.camera.ray(at(column, i), at(row, j)).into();
                 for (sum, c) in sum.iter_mut().zip(self.world.radiance(self.eye, ray)) {
                     *sum += c / 16.0;
                 }
@@ -136,14 +131,16 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
     use crate::scene::world::bodies::Ball;
     use crate::scene::world::built_in;
 
     #[test]
     fn the_cone_is_as_wide_as_the_rays_of_a_pixel_where_the_mirror_is_met_head_on() {
-        let ball = Ball { centre: [0.5, 0.25, -2.0], radius: 0.75 };
-        let eye = [0.5, 0.25, 3.0];
+        let ball = Ball { centre: dvec3(0.5, 0.25, -2.0), radius: 0.75 };
+        let eye = dvec3(0.5, 0.25, 3.0);
         let view = View {
             camera: look_at(eye, ball.centre, [64, 64], 400.0),
             eye,
@@ -158,10 +155,7 @@ mod tests {
         };
         let (left, middle, right) = (at(31.5), at(32.0), at(32.5));
         let [angle, width] = middle.cone.unwrap();
-        let apart = |a: [f64; 3], b: [f64; 3]| {
-            let d = [0, 1, 2].map(|i| a[i] - b[i]);
-            dot(d, d).sqrt()
-        };
+        let apart = |a: [f64; 3], b: [f64; 3]| DVec3::from(a).distance(b.into());
         // Chords instead of arcs: relative errors of the order of the angles' squares, 1e-3.
         assert!((apart(left.x, right.x) / width - 1.0).abs() < 1e-3);
         assert!((apart(left.r, right.r) / angle - 1.0).abs() < 1e-3);

@@ -1,5 +1,7 @@
 //! The built-in scenes of the TEX operation.
 
+use glam::{DVec3, dvec3};
+
 use super::Plan;
 use super::camera::Lens;
 use super::path::Finish;
@@ -37,8 +39,8 @@ pub const TEX_SCENES: &[SceneInfo] = &[
 
 const FLOOR: (Shape, Finish) = (Shape::Floor { half: 6.0 }, Finish::Lit { texture: 0 });
 
-fn ball(centre: [f64; 3], radius: f64, finish: Finish) -> (Shape, Finish) {
-    let shape = Shape::Shell { centre, radius, axis: [0.0, 1.0, 0.0], keep: 1.0 };
+fn ball(centre: DVec3, radius: f64, finish: Finish) -> (Shape, Finish) {
+    let shape = Shape::Shell { centre, radius, axis: DVec3::Y, keep: 1.0 };
     (shape, finish)
 }
 
@@ -47,19 +49,19 @@ fn convex() -> Plan {
     for row in 0..3 {
         for column in 0..3 {
             let at = |i: i32| 1.5 * f64::from(i - 1);
-            main.push(ball([at(column), 0.6, at(row)], 0.6, Finish::Mirror));
+            main.push(ball(dvec3(at(column), 0.6, at(row)), 0.6, Finish::Mirror));
         }
     }
     Plan {
-        eye: [0.4, 3.4, 6.2],
-        aim: [0.0, 0.5, 0.0],
+        eye: dvec3(0.4, 3.4, 6.2),
+        aim: dvec3(0.0, 0.5, 0.0),
         tangent: 0.36,
         lens: Lens::Pinhole,
         samples: 1,
         bounces: 8,
         surfaces: vec![FLOOR],
         main,
-        bound: ([0.0, 1.2, 0.0], 1.2),
+        bound: (dvec3(0.0, 1.2, 0.0), 1.2),
     }
 }
 
@@ -67,8 +69,8 @@ fn concave() -> Plan {
     // A mirror of radius 5 behind the middle of the floor, tilted down a little; its focus is 2.5 in front of it.
     let tilt: (f64, f64) = (0.28, 0.96);
     Plan {
-        eye: [0.5, 2.2, 4.6],
-        aim: [0.0, 1.1, -2.0],
+        eye: dvec3(0.5, 2.2, 4.6),
+        aim: dvec3(0.0, 1.1, -2.0),
         tangent: 0.34,
         lens: Lens::Pinhole,
         samples: 1,
@@ -76,30 +78,30 @@ fn concave() -> Plan {
         surfaces: vec![FLOOR],
         main: vec![(
             Shape::Shell {
-                centre: [0.0, 1.2 - 5.0 * tilt.0, -3.0 + 5.0 * tilt.1],
+                centre: dvec3(0.0, 1.2 - 5.0 * tilt.0, -3.0 + 5.0 * tilt.1),
                 radius: 5.0,
                 // Only what lies against the axis stays: a cap of 22° about the middle.
-                axis: [0.0, -tilt.0, tilt.1],
+                axis: dvec3(0.0, -tilt.0, tilt.1),
                 keep: -0.927,
             },
             Finish::Mirror,
         )],
-        bound: ([0.0, 1.5, -2.0], 1.5),
+        bound: (dvec3(0.0, 1.5, -2.0), 1.5),
     }
 }
 
 fn thin_lens() -> Plan {
     let card = |x: f64, z: f64| {
         let shape = Shape::Card {
-            corner: [x - 0.6, 1.3, z],
-            across: [1.2, 0.0, 0.25],
-            down: [0.0, -1.3, 0.0],
+            corner: dvec3(x - 0.6, 1.3, z),
+            across: dvec3(1.2, 0.0, 0.25),
+            down: dvec3(0.0, -1.3, 0.0),
         };
         (shape, Finish::Lit { texture: 1 })
     };
     Plan {
-        eye: [0.3, 1.9, 5.2],
-        aim: [0.0, 0.6, 0.0],
+        eye: dvec3(0.3, 1.9, 5.2),
+        aim: dvec3(0.0, 0.6, 0.0),
         tangent: 0.34,
         lens: Lens::Thin { width: 0.2 },
         samples: 16,
@@ -109,11 +111,11 @@ fn thin_lens() -> Plan {
             card(-1.9, -1.2),
             card(1.9, 0.6),
             card(0.0, -4.0),
-            ball([1.0, 0.45, 2.2], 0.45, Finish::Glass { index: 1.5 }),
-            ball([-1.1, 0.5, 1.4], 0.5, Finish::Mirror),
+            ball(dvec3(1.0, 0.45, 2.2), 0.45, Finish::Glass { index: 1.5 }),
+            ball(dvec3(-1.1, 0.5, 1.4), 0.5, Finish::Mirror),
         ],
-        main: vec![ball([0.0, 0.8, -0.6], 0.8, Finish::Mirror)],
-        bound: ([0.0, 0.8, -0.6], 0.8),
+        main: vec![ball(dvec3(0.0, 0.8, -0.6), 0.8, Finish::Mirror)],
+        bound: (dvec3(0.0, 0.8, -0.6), 0.8),
     }
 }
 
@@ -132,12 +134,12 @@ fn glazed(lined: bool) -> Plan {
         // A belly with an opening of half its radius, and a neck on it.
         let keep: f64 = 0.866_025_403_784_438_6;
         main.push((
-            Shape::Shell { centre: [x, radius, z], radius, axis: [0.0, 1.0, 0.0], keep },
+            Shape::Shell { centre: dvec3(x, radius, z), radius, axis: DVec3::Y, keep },
             finish,
         ));
         main.push((
             Shape::Tube {
-                base: [x, radius * (1.0 + keep), z],
+                base: dvec3(x, radius * (1.0 + keep), z),
                 radius: 0.5 * radius,
                 height: 0.25 * radius,
             },
@@ -145,14 +147,14 @@ fn glazed(lined: bool) -> Plan {
         ));
     }
     Plan {
-        eye: [0.3, 5.2, 4.4],
-        aim: [0.1, 0.9, 0.0],
+        eye: dvec3(0.3, 5.2, 4.4),
+        aim: dvec3(0.1, 0.9, 0.0),
         tangent: 0.36,
         lens: Lens::Pinhole,
         samples: 4,
         bounces: 16,
         surfaces: vec![FLOOR],
         main,
-        bound: ([0.0, 1.2, 0.0], 1.2),
+        bound: (dvec3(0.0, 1.2, 0.0), 1.2),
     }
 }

@@ -1,7 +1,9 @@
 //! Cameras of the TEX scenes and what a ray cone starts with.
 
-use crate::base::dual::{cross, dot};
+use glam::DVec3;
+
 use crate::base::random::Keyed;
+use crate::base::vector::unit;
 
 /// Where a camera's rays start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +23,13 @@ pub enum Lens {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The eye.
-    pub eye: [f64; 3],
+    pub eye: DVec3,
     /// To the right, half of the view rectangle's width.
-    pub u: [f64; 3],
+    pub u: DVec3,
     /// Upwards, half of its height.
-    pub v: [f64; 3],
+    pub v: DVec3,
     /// From the eye to its middle; a thin lens is in focus there.
-    pub w: [f64; 3],
+    pub w: DVec3,
     /// Columns and rows.
     pub size: [u32; 2],
     /// Where rays start.
@@ -37,23 +39,14 @@ pub struct Camera {
 impl Camera {
     /// A camera at `eye` that looks at `aim`, in focus there, whose shorter side spans 2·`tangent` at distance 1.
     #[must_use]
-    pub fn looking(eye: [f64; 3], aim: [f64; 3], tangent: f64, size: [u32; 2], lens: Lens) -> Self {
-        let w = [0, 1, 2].map(|i| aim[i] - eye[i]);
-        let distance = dot(w, w).sqrt();
-        let right = cross(w, [0.0, 1.0, 0.0]);
-        let length = dot(right, right).sqrt();
-        let right = right.map(|c| c / length);
-        let up = cross(right, w).map(|c| c / distance);
+    pub fn looking(eye: DVec3, aim: DVec3, tangent: f64, size: [u32; 2], lens: Lens) -> Self {
+        let w = aim - eye;
+        let distance = w.length();
+        let right = unit(w.cross(DVec3::Y));
+        let up = right.cross(w) / distance;
         let pixel = 2.0 * tangent * distance / f64::from(size[0].min(size[1]));
         let [columns, rows] = size.map(f64::from);
-        Self {
-            eye,
-            u: right.map(|c| c * pixel * columns / 2.0),
-            v: up.map(|c| c * pixel * rows / 2.0),
-            w,
-            size,
-            lens,
-        }
+        Self { eye, u: right * pixel * columns / 2.0, v: up * pixel * rows / 2.0, w, size, lens }
     }
 
     /// Origin and unit direction of the ray through an image position; a lens is sampled at the `sample`-th of
@@ -65,33 +58,26 @@ impl Camera {
         sample: u32,
         samples: u32,
         random: &mut Keyed,
-    ) -> ([f64; 3], [f64; 3]) {
+    ) -> (DVec3, DVec3) {
         let x = 2.0 * at[0] / f64::from(self.size[0]) - 1.0;
         let y = 1.0 - 2.0 * at[1] / f64::from(self.size[1]);
-        let offset = [0, 1, 2].map(|i| x * self.u[i] + y * self.v[i]);
-        let target = [0, 1, 2].map(|i| self.eye[i] + self.w[i] + offset[i]);
+        let offset = x * self.u + y * self.v;
+        let target = self.eye + self.w + offset;
         let origin = match self.lens {
             Lens::Pinhole => self.eye,
-            Lens::Orthographic => [0, 1, 2].map(|i| self.eye[i] + offset[i]),
+            Lens::Orthographic => self.eye + offset,
             Lens::Thin { width } => {
                 // A sunflower's places, turned at random as a whole.
                 let k = f64::from(sample) + random.number();
                 let radius = width / 2.0 * (k / f64::from(samples.max(1))).sqrt();
                 let turn = 2.399_963_229_728_653 * f64::from(sample)
                     + 2.0 * std::f64::consts::PI * random.number();
-                let scale = |v: [f64; 3], by: f64| {
-                    let length = dot(v, v).sqrt();
-                    v.map(|c| c * by / length)
-                };
-                let (a, b) = (
-                    scale(self.u, radius * libm::cos(turn)),
-                    scale(self.v, radius * libm::sin(turn)),
-                );
-                [0, 1, 2].map(|i| self.eye[i] + a[i] + b[i])
+                let scale = |v: DVec3, by: f64| v * by / v.length();
+                self.eye
+                    + scale(self.u, radius * libm::cos(turn))
+                    + scale(self.v, radius * libm::sin(turn))
             }
         };
-        let d = [0, 1, 2].map(|i| target[i] - origin[i]);
-        let length = dot(d, d).sqrt();
-        (origin, d.map(|c| c / length))
+        (origin, unit(target - origin))
     }
 }

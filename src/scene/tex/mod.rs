@@ -12,6 +12,8 @@ pub mod shape;
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::registry::{self, SceneInfo, find_in};
 use super::{SceneOptions, check_size};
 use crate::base::num;
@@ -58,9 +60,9 @@ pub struct TexScene {
 #[derive(Debug)]
 pub struct Plan {
     /// Where the camera stands.
-    pub eye: [f64; 3],
+    pub eye: DVec3,
     /// Where it looks.
-    pub aim: [f64; 3],
+    pub aim: DVec3,
     /// Tangent of half the angle of view.
     pub tangent: f64,
     /// Its lens.
@@ -74,7 +76,7 @@ pub struct Plan {
     /// Surfaces that a mesh replaces.
     pub main: Vec<(Shape, Finish)>,
     /// The ball that it is fitted into.
-    pub bound: ([f64; 3], f64),
+    pub bound: (DVec3, f64),
 }
 
 /// Builds a scene of the TEX operation; `floor` takes the place of its procedural floor.

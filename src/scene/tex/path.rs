@@ -1,10 +1,12 @@
 //! Paths of light through a scene of the TEX operation, in exact geometry: what they ask textures and how their cones
 //! change on the way. No engine takes part, so that every engine filters along the same paths.
 
+use glam::{DVec3, dvec3};
+
 use super::TexScene;
 use super::shape::Contact;
-use crate::base::dual::{cross, dot};
 use crate::base::random::Keyed;
+use crate::base::vector::unit;
 use crate::fragment::TexFragment;
 use crate::optics::{fresnel, refract};
 use crate::reference::ray_cone::Step;
@@ -80,27 +82,21 @@ const BEYOND: f64 = 1e-9;
 /// Mean reflectance of matt glaze.
 const MATT: f64 = 0.5;
 
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = dot(a, a).sqrt();
-    a.map(|c| c / length)
-}
-
 impl TexScene {
     /// The path of a sample, of so many, at an image position (pixels from the top left corner).
     pub fn path(&self, at: [f64; 2], [sample, samples]: [u32; 2], path: &mut Path) {
         let mut random = Keyed::new(u64::from(sample), at, 0);
         let (mut origin, mut direction) = self.camera.ray(at, sample, samples, &mut random);
-        path.direction = direction;
+        path.direction = direction.to_array();
         path.events.clear();
         let mut weight = 1.0;
         for bounce in 0..=self.bounces {
             let Some((contact, finish)) = self.meet(origin, direction) else {
-                path.events.push(Event::Sky { direction, weight });
+                path.events.push(Event::Sky { direction: direction.to_array(), weight });
                 return;
             };
-            let point = [0, 1, 2].map(|i| origin[i] + contact.t * direction[i]);
+            let (n, point) = (contact.normal, origin + contact.t * direction);
             path.events.push(Event::Step(Step::Propagate(contact.t)));
-            let cosine = dot(direction, contact.normal);
             let look = |share: f64| {
                 let (texture, (st, tangents)) = match finish {
                     Finish::Lit { texture } | Finish::Glazed { texture, .. } => {
@@ -110,8 +106,13 @@ impl TexScene {
                 };
                 Some(Event::Look(Look {
                     texture,
-                    fragment: TexFragment { d: direction, n: contact.normal, tangents, st },
-                    weight: weight * share * daylight(contact.normal),
+                    fragment: TexFragment {
+                        d: direction.to_array(),
+                        n: n.to_array(),
+                        tangents,
+                        st,
+                    },
+                    weight: weight * share * daylight(n),
                     bounce,
                 }))
             };
@@ -122,7 +123,7 @@ impl TexScene {
                 }
                 Finish::Mirror => {
                     path.events.push(Event::Step(Step::Reflect(contact.curvature)));
-                    direction = mirrored(direction, contact.normal, cosine);
+                    direction = unit(direction.reflect(n));
                 }
                 Finish::Glass { index } => {
                     direction = self.through(index, &contact, direction, &mut random, path);
@@ -131,13 +132,13 @@ impl TexScene {
                     path.events.extend(look(1.0 - MATT));
                     path.events.push(Event::Step(Step::Reflect(contact.curvature)));
                     path.events.push(Event::Step(Step::Scatter(std::f64::consts::FRAC_1_PI)));
-                    direction = scattered(contact.normal, &mut random);
+                    direction = scattered(n, &mut random);
                     weight *= MATT;
                 }
                 Finish::Glazed { share, .. } => {
                     path.events.extend(look(1.0 - share));
                     path.events.push(Event::Step(Step::Reflect(contact.curvature)));
-                    direction = mirrored(direction, contact.normal, cosine);
+                    direction = unit(direction.reflect(n));
                     weight *= share;
                 }
             }
@@ -149,7 +150,7 @@ impl TexScene {
     }
 
     /// The nearest contact and what its surface does.
-    fn meet(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(Contact, Finish)> {
+    fn meet(&self, origin: DVec3, direction: DVec3) -> Option<(Contact, Finish)> {
         let mut nearest: Option<(Contact, Finish)> = None;
         for (shape, finish) in &self.surfaces {
             if let Some(contact) = shape.meet(origin, direction, BEYOND)
@@ -166,11 +167,11 @@ impl TexScene {
         &self,
         index: f64,
         contact: &Contact,
-        direction: [f64; 3],
+        direction: DVec3,
         random: &mut Keyed,
         path: &mut Path,
-    ) -> [f64; 3] {
-        let cosine = dot(direction, contact.normal);
+    ) -> DVec3 {
+        let cosine = direction.dot(contact.normal);
         let [outside, inside] = if contact.outside { [1.0, index] } else { [index, 1.0] };
         let bent = refract(direction, contact.normal, outside / inside);
         match bent {
@@ -184,7 +185,7 @@ impl TexScene {
             }
             Some(_) | None => {
                 path.events.push(Event::Step(Step::Reflect(contact.curvature)));
-                mirrored(direction, contact.normal, cosine)
+                unit(direction.reflect(contact.normal))
             }
         }
     }
@@ -213,23 +214,19 @@ impl TexScene {
 }
 
 /// Light on a surface: some from everywhere, more from above.
-fn daylight(normal: [f64; 3]) -> f64 {
-    let sun = unit([0.35, 0.85, 0.4]);
-    0.4 + 0.6 * dot(normal, sun).max(0.0)
-}
-
-fn mirrored(d: [f64; 3], n: [f64; 3], cosine: f64) -> [f64; 3] {
-    unit([0, 1, 2].map(|i| d[i] - 2.0 * cosine * n[i]))
+fn daylight(normal: DVec3) -> f64 {
+    let sun = unit(dvec3(0.35, 0.85, 0.4));
+    0.4 + 0.6 * normal.dot(sun).max(0.0)
 }
 
 /// A direction about the normal with a density of cos/π.
-fn scattered(n: [f64; 3], random: &mut Keyed) -> [f64; 3] {
-    let across = if n[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-    let a = unit(cross(n, across));
-    let b = cross(n, a);
+fn scattered(n: DVec3, random: &mut Keyed) -> DVec3 {
+    let across = if n.x.abs() < 0.5 { DVec3::X } else { DVec3::Y };
+    let a = unit(n.cross(across));
+    let b = n.cross(a);
     let square = random.number();
     let turn = 2.0 * std::f64::consts::PI * random.number();
     let (radius, up) = (square.sqrt(), (1.0 - square).sqrt());
     let (x, y) = (radius * libm::cos(turn), radius * libm::sin(turn));
-    unit([0, 1, 2].map(|i| x * a[i] + y * b[i] + up * n[i]))
+    unit(x * a + y * b + up * n)
 }

@@ -1,7 +1,8 @@
 //! The analytic bodies: rooms and blocks with sides along the axes, balls, upright columns.
 
+use glam::DVec3;
+
 use super::{Body, Meeting};
-use crate::base::dual::dot;
 
 /// A box with sides along the axes. Parts are its sides in the order +X −X +Y −Y +Z −Z.
 ///
@@ -9,24 +10,17 @@ use crate::base::dual::dot;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
     /// Its lowest corner.
-    pub low: [f64; 3],
+    pub low: DVec3,
     /// Its highest corner.
-    pub high: [f64; 3],
+    pub high: DVec3,
 }
 
 /// The two axes across each axis: columns and rows of a side.
 const ACROSS: [[usize; 2]; 3] = [[2, 1], [0, 2], [0, 1]];
 
 impl Cuboid {
-    fn meeting(
-        &self,
-        origin: [f64; 3],
-        direction: [f64; 3],
-        t: f64,
-        axis: usize,
-        high: bool,
-    ) -> Meeting {
-        let mut normal = [0.0; 3];
+    fn meeting(&self, origin: DVec3, direction: DVec3, t: f64, axis: usize, high: bool) -> Meeting {
+        let mut normal = DVec3::ZERO;
         normal[axis] = if direction[axis] > 0.0 { -1.0 } else { 1.0 };
         let place = ACROSS[axis].map(|a| {
             let along = origin[a] + t * direction[a] - self.low[a];
@@ -37,7 +31,7 @@ impl Cuboid {
 }
 
 impl Body for Cuboid {
-    fn meet(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Meeting> {
+    fn meet(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Meeting> {
         // Entry: the latest of the near planes; exit: the earliest of the far ones.
         let mut entry = (f64::NEG_INFINITY, 0);
         let mut exit = (f64::INFINITY, 0);
@@ -80,7 +74,7 @@ impl Body for Cuboid {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     /// Its centre.
-    pub centre: [f64; 3],
+    pub centre: DVec3,
     /// Its radius.
     pub radius: f64,
 }
@@ -101,23 +95,26 @@ pub(crate) fn roots(square: f64, half: f64, rest: f64) -> Option<[f64; 2]> {
     Some(if a < b { [a, b] } else { [b, a] })
 }
 
+/// The multiples of `direction` at which a ray, that starts at `from` as seen from the centre, meets a ball.
+pub(crate) fn ball_roots(from: DVec3, direction: DVec3, radius: f64) -> Option<[f64; 2]> {
+    let rest = from.length_squared() - radius * radius;
+    roots(direction.length_squared(), direction.dot(from), rest)
+}
+
 impl Body for Ball {
-    fn meet(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Meeting> {
-        let from = [0, 1, 2].map(|i| origin[i] - self.centre[i]);
-        let rest = dot(from, from) - self.radius * self.radius;
-        let t = roots(dot(direction, direction), dot(direction, from), rest)?
-            .into_iter()
-            .find(|t| *t > beyond)?;
-        let outward = [0, 1, 2].map(|i| (from[i] + t * direction[i]) / self.radius);
-        let facing = if dot(outward, direction) > 0.0 { -1.0 } else { 1.0 };
+    fn meet(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Meeting> {
+        let from = origin - self.centre;
+        let t = ball_roots(from, direction, self.radius)?.into_iter().find(|t| *t > beyond)?;
+        let outward = (from + t * direction) / self.radius;
+        let facing = if outward.dot(direction) > 0.0 { -1.0 } else { 1.0 };
         let turn = std::f64::consts::PI;
         Some(Meeting {
             t,
-            normal: outward.map(|c| facing * c),
+            normal: facing * outward,
             part: 0,
             place: [
-                (libm::atan2(outward[0], outward[2]) + turn) * self.radius,
-                libm::acos(outward[1].clamp(-1.0, 1.0)) * self.radius,
+                (libm::atan2(outward.x, outward.z) + turn) * self.radius,
+                libm::acos(outward.y.clamp(-1.0, 1.0)) * self.radius,
             ],
         })
     }
@@ -140,8 +137,8 @@ pub struct Column {
 }
 
 impl Body for Column {
-    fn meet(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Meeting> {
-        let from = [origin[0] - self.axis[0], origin[2] - self.axis[1]];
+    fn meet(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Meeting> {
+        let from = [origin.x - self.axis[0], origin.z - self.axis[1]];
         let [low, high] = self.span;
         let mut best: Option<Meeting> = None;
         let mut offer = |meeting: Meeting| {
@@ -149,12 +146,12 @@ impl Body for Column {
                 best = Some(meeting);
             }
         };
-        let flat = [direction[0], direction[2]];
+        let flat = [direction.x, direction.z];
         let square = flat[0] * flat[0] + flat[1] * flat[1];
         let half = flat[0] * from[0] + flat[1] * from[1];
         let rest = from[0] * from[0] + from[1] * from[1] - self.radius * self.radius;
         for t in roots(square, half, rest).into_iter().flatten() {
-            let y = origin[1] + t * direction[1];
+            let y = origin.y + t * direction.y;
             if !(low..=high).contains(&y) {
                 continue;
             }
@@ -163,19 +160,19 @@ impl Body for Column {
             let angle = libm::atan2(out[0], out[1]) + std::f64::consts::PI;
             offer(Meeting {
                 t,
-                normal: [facing * out[0], 0.0, facing * out[1]],
+                normal: DVec3::new(facing * out[0], 0.0, facing * out[1]),
                 part: 0,
                 place: [angle * self.radius, y - low],
             });
         }
-        if direction[1] != 0.0 {
+        if direction.y != 0.0 {
             for (part, y) in [(1, high), (2, low)] {
-                let t = (y - origin[1]) / direction[1];
+                let t = (y - origin.y) / direction.y;
                 let at = [0, 1].map(|i| from[i] + t * flat[i]);
                 if at[0] * at[0] + at[1] * at[1] <= self.radius * self.radius {
                     offer(Meeting {
                         t,
-                        normal: [0.0, if direction[1] > 0.0 { -1.0 } else { 1.0 }, 0.0],
+                        normal: if direction.y > 0.0 { DVec3::NEG_Y } else { DVec3::Y },
                         part,
                         place: at.map(|c| c + self.radius),
                     });
@@ -195,61 +192,52 @@ impl Body for Column {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "whole numbers, of which every step is exact")]
 mod tests {
+    use glam::dvec3;
+
     use super::*;
-
-    /// Largest component of a − b.
-    fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
-        (0..3).fold(0.0, |most, i| f64::max(most, (a[i] - b[i]).abs()))
-    }
-
-    fn at(origin: [f64; 3], direction: [f64; 3], t: f64) -> [f64; 3] {
-        [0, 1, 2].map(|i| origin[i] + t * direction[i])
-    }
 
     #[test]
     fn a_room_is_met_from_inside_and_a_block_from_outside() {
-        let cuboid = Cuboid { low: [-1.0, -2.0, -3.0], high: [4.0, 5.0, 6.0] };
-        let inside = cuboid.meet([0.0; 3], [2.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!((inside.t, inside.part, inside.normal), (2.0, 0, [-1.0, 0.0, 0.0]));
+        let cuboid = Cuboid { low: dvec3(-1.0, -2.0, -3.0), high: dvec3(4.0, 5.0, 6.0) };
+        let inside = cuboid.meet(DVec3::ZERO, 2.0 * DVec3::X, 0.0).unwrap();
+        assert_eq!((inside.t, inside.part, inside.normal), (2.0, 0, DVec3::NEG_X));
         assert_eq!(inside.place, [3.0, 2.0]);
-        let outside = cuboid.meet([-3.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!((outside.t, outside.part, outside.normal), (2.0, 1, [-1.0, 0.0, 0.0]));
-        assert!(cuboid.meet([-3.0, 9.0, 1.0], [1.0, 0.0, 0.0], 0.0).is_none());
-        assert!(cuboid.meet([9.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0).is_none());
+        let outside = cuboid.meet(dvec3(-3.0, 0.0, 1.0), DVec3::X, 0.0).unwrap();
+        assert_eq!((outside.t, outside.part, outside.normal), (2.0, 1, DVec3::NEG_X));
+        assert!(cuboid.meet(dvec3(-3.0, 9.0, 1.0), DVec3::X, 0.0).is_none());
+        assert!(cuboid.meet(9.0 * DVec3::X, DVec3::X, 0.0).is_none());
         for part in 0..6 {
-            let mut d = [0.0; 3];
+            let mut d = DVec3::ZERO;
             d[part / 2] = if part % 2 == 0 { 1.0 } else { -1.0 };
-            assert_eq!(cuboid.meet([0.0; 3], d, 0.0).unwrap().part, part);
+            assert_eq!(cuboid.meet(DVec3::ZERO, d, 0.0).unwrap().part, part);
         }
     }
 
     #[test]
     fn round_bodies_are_met_on_their_surface_with_a_normal_that_faces_the_ray() {
-        let ball = Ball { centre: [1.0, 2.0, -3.0], radius: 0.75 };
+        let ball = Ball { centre: dvec3(1.0, 2.0, -3.0), radius: 0.75 };
         let column = Column { axis: [1.0, -3.0], radius: 0.5, span: [-1.0, 2.0] };
         let mut met = [0, 0];
         for i in 0..400 {
             let turn = f64::from(i) * 0.37;
-            let origin = [4.0 * libm::sin(turn), 5.0 * libm::cos(1.7 * turn), 3.0];
-            let aim = [1.0 + 0.8 * libm::sin(3.1 * turn), 1.5, -3.0];
-            let direction = [0, 1, 2].map(|k| aim[k] - origin[k]);
+            let origin = dvec3(4.0 * libm::sin(turn), 5.0 * libm::cos(1.7 * turn), 3.0);
+            let direction = dvec3(1.0 + 0.8 * libm::sin(3.1 * turn), 1.5, -3.0) - origin;
             if let Some(m) = ball.meet(origin, direction, 0.0) {
-                let p = at(origin, direction, m.t);
-                let out = [0, 1, 2].map(|k| (p[k] - ball.centre[k]) / ball.radius);
+                let out = (origin + m.t * direction - ball.centre) / ball.radius;
                 // A few roundings of numbers below 10 over a radius of ¾.
-                assert!((dot(out, out) - 1.0).abs() < 1e-13 && apart(out, m.normal) < 1e-13);
-                assert!(dot(m.normal, direction) < 0.0);
+                assert!((out.length_squared() - 1.0).abs() < 1e-13);
+                assert!(out.abs_diff_eq(m.normal, 1e-13) && m.normal.dot(direction) < 0.0);
                 met[0] += 1;
             }
             if let Some(m) = column.meet(origin, direction, 0.0) {
-                let p = at(origin, direction, m.t);
-                let reach = ((p[0] - 1.0).powi(2) + (p[2] + 3.0).powi(2)).sqrt();
+                let p = origin + m.t * direction;
+                let reach = ((p.x - 1.0).powi(2) + (p.z + 3.0).powi(2)).sqrt();
                 let on = match m.part {
-                    0 => (reach - 0.5).abs() < 1e-13 && (-1.0..=2.0).contains(&p[1]),
-                    1 => (p[1] - 2.0).abs() < 1e-13 && reach <= 0.5,
-                    _ => (p[1] + 1.0).abs() < 1e-13 && reach <= 0.5,
+                    0 => (reach - 0.5).abs() < 1e-13 && (-1.0..=2.0).contains(&p.y),
+                    1 => (p.y - 2.0).abs() < 1e-13 && reach <= 0.5,
+                    _ => (p.y + 1.0).abs() < 1e-13 && reach <= 0.5,
                 };
-                assert!(on && dot(m.normal, direction) < 0.0, "{m:?} {p:?}");
+                assert!(on && m.normal.dot(direction) < 0.0, "{m:?} {p:?}");
                 let [width, height] = column.parts()[m.part];
                 assert!((0.0..=width).contains(&m.place[0]));
                 assert!((0.0..=height + 1e-13).contains(&m.place[1]));
@@ -261,9 +249,9 @@ mod tests {
 
     #[test]
     fn a_ray_that_starts_on_a_surface_leaves_it() {
-        let ball = Ball { centre: [0.0; 3], radius: 1.0 };
-        assert!(ball.meet([1.0, 0.0, 0.0], [1.0, 0.5, 0.0], 0.0).is_none());
-        let back = ball.meet([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 0.0).unwrap();
-        assert_eq!((back.t, back.normal), (2.0, [1.0, 0.0, 0.0]));
+        let ball = Ball { centre: DVec3::ZERO, radius: 1.0 };
+        assert!(ball.meet(DVec3::X, dvec3(1.0, 0.5, 0.0), 0.0).is_none());
+        let back = ball.meet(DVec3::X, DVec3::NEG_X, 0.0).unwrap();
+        assert_eq!((back.t, back.normal), (2.0, DVec3::X));
     }
 }

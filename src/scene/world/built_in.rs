@@ -1,11 +1,13 @@
 //! The built-in worlds. Lengths are metres; the reference point of the impostor is the origin.
 
+use glam::dvec3;
+
 use super::World;
 use super::bodies::{Column, Cuboid};
 use super::paint::Paint;
 
 /// The room that all worlds share: 8 wide, 5 high, 10 deep; the reference point is 2 above its floor.
-pub const ROOM: Cuboid = Cuboid { low: [-4.0, -2.0, -5.0], high: [4.0, 3.0, 5.0] };
+pub const ROOM: Cuboid = Cuboid { low: dvec3(-4.0, -2.0, -5.0), high: dvec3(4.0, 3.0, 5.0) };
 
 /// A box room without anything in it: convex, every wall seen from the reference point.
 #[must_use]
@@ -27,9 +29,10 @@ pub fn columns() -> World {
         world =
             world.with(Column { axis, radius: 0.55, span: [-2.0, top] }, Paint::Banded { colour });
     }
-    for (low, high) in
-        [([-0.5, -2.0, -4.2], [0.6, -0.6, -3.4]), ([3.0, -2.0, -0.6], [3.7, 0.2, 0.5])]
-    {
+    for (low, high) in [
+        (dvec3(-0.5, -2.0, -4.2), dvec3(0.6, -0.6, -3.4)),
+        (dvec3(3.0, -2.0, -0.6), dvec3(3.7, 0.2, 0.5)),
+    ] {
         world = world.with(Cuboid { low, high }, Paint::Tiled { colour: [0.55, 0.50, 0.60] });
     }
     world
@@ -41,11 +44,11 @@ pub fn columns() -> World {
 #[must_use]
 pub fn doorway() -> World {
     let mut world = World::default()
-        .with(Cuboid { low: [-4.0, -2.0, -12.0], high: [4.0, 3.0, 5.0] }, Paint::Room);
+        .with(Cuboid { low: dvec3(-4.0, -2.0, -12.0), high: dvec3(4.0, 3.0, 5.0) }, Paint::Room);
     for (low, high) in [
-        ([-4.0, -2.0, -2.6], [-0.4, 3.0, -2.3]),
-        ([1.2, -2.0, -2.6], [4.0, 3.0, -2.3]),
-        ([-0.4, 1.2, -2.6], [1.2, 3.0, -2.3]),
+        (dvec3(-4.0, -2.0, -2.6), dvec3(-0.4, 3.0, -2.3)),
+        (dvec3(1.2, -2.0, -2.6), dvec3(4.0, 3.0, -2.3)),
+        (dvec3(-0.4, 1.2, -2.6), dvec3(1.2, 3.0, -2.3)),
     ] {
         world = world.with(Cuboid { low, high }, Paint::BackRoom);
     }

@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 /// A point light that shines the same in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lamp {
     /// Where it hangs, relative to the reference point.
-    pub position: [f64; 3],
+    pub position: DVec3,
     /// Its power, linear RGB.
     pub power: [f64; 3],
 }

@@ -13,6 +13,8 @@ pub mod paint;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use light::LightMap;
 use paint::Paint;
 
@@ -22,7 +24,7 @@ pub struct Meeting {
     /// The point is origin + t · direction; in units of the direction's length.
     pub t: f64,
     /// Unit normal that faces the ray's origin.
-    pub normal: [f64; 3],
+    pub normal: DVec3,
     /// Which of the body's parts: a side of a box, the mantle or a cap of a column.
     pub part: usize,
     /// Place on the part, in world units from its corner.
@@ -32,7 +34,7 @@ pub struct Meeting {
 /// A solid that rays can meet. A mesh is one as well as a sphere.
 pub trait Body: Debug + Send + Sync {
     /// The first meeting with t > `beyond`, if there is one. `direction` has any length but zero.
-    fn meet(&self, origin: [f64; 3], direction: [f64; 3], beyond: f64) -> Option<Meeting>;
+    fn meet(&self, origin: DVec3, direction: DVec3, beyond: f64) -> Option<Meeting>;
 
     /// Width and height of every part, in world units, in the order of [`Meeting::part`].
     fn parts(&self) -> Vec<[f64; 2]>;
@@ -55,7 +57,7 @@ pub struct Sight {
     /// Where, on which part.
     pub meeting: Meeting,
     /// The point.
-    pub point: [f64; 3],
+    pub point: DVec3,
     /// Number of the part among all walls of the world.
     pub wall: usize,
     /// Place on the part, 0…1 each way: the address of a light map.
@@ -91,7 +93,7 @@ impl World {
 
     /// What the ray origin + t · direction, t > 0, meets first; `None` where it escapes.
     #[must_use]
-    pub fn look(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Sight> {
+    pub fn look(&self, origin: DVec3, direction: DVec3) -> Option<Sight> {
         let mut nearest: Option<(usize, Meeting)> = None;
         for (index, item) in self.items.iter().enumerate() {
             if let Some(meeting) = item.body.meet(origin, direction, 0.0)
@@ -105,7 +107,7 @@ impl World {
         let [width, height] = self.walls.get(wall).copied().unwrap_or([1.0; 2]);
         Some(Sight {
             meeting,
-            point: [0, 1, 2].map(|i| origin[i] + meeting.t * direction[i]),
+            point: origin + meeting.t * direction,
             wall,
             uv: [meeting.place[0] / width, meeting.place[1] / height],
             item: index,
@@ -129,7 +131,7 @@ impl World {
 
     /// Linear RGB along a ray; black where it escapes.
     #[must_use]
-    pub fn radiance(&self, origin: [f64; 3], direction: [f64; 3]) -> [f64; 3] {
+    pub fn radiance(&self, origin: DVec3, direction: DVec3) -> [f64; 3] {
         self.look(origin, direction).map_or([0.0; 3], |sight| self.glow(&sight))
     }
 }

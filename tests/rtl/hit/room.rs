@@ -15,7 +15,7 @@ fn rtl_hits_within_a_tenth_of_a_degree_of_f64_at_the_99th_percentile() {
     for name in ["room", "columns", "doorway"] {
         let options = SceneOptions { width: 96, height: 96, ..SceneOptions::default() };
         let scene = build(name, &options).expect("a built-in scene");
-        let impostor = Impostor::build(&scene.view.world, [0.0; 3], scene.face_size);
+        let impostor = Impostor::build(&scene.view.world, glam::DVec3::ZERO, scene.face_size);
         let distance = Distance::Cube(impostor.distance);
         let rays: Vec<_> = scene.rays.iter().map(|ray| ray.fragment).collect();
         let rtl = HitRtl::new(&spec, &distance, None, 256).expect("the default unit");

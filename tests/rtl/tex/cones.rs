@@ -1,5 +1,6 @@
 //! Cones at cameras and along paths; bare cones on cube maps.
 
+use glam::dvec3;
 use rtl_model::fx::Flags;
 use tapline::cone_study::cube;
 use tapline::engine::cones::{Asked, Cones, FloatCones, Larger, RtlCones, walk};
@@ -13,7 +14,7 @@ use tapline::unit::UnitSpec;
 use super::{Random, request, unit};
 
 fn camera(lens: Lens) -> Camera {
-    Camera::looking([0.3, 1.0, 5.0], [0.0, 0.4, 0.0], 0.4, [320, 200], lens)
+    Camera::looking(dvec3(0.3, 1.0, 5.0), dvec3(0.0, 0.4, 0.0), 0.4, [320, 200], lens)
 }
 
 /// Half an ulp of the format and 2^−58 of the value, as the model's set-ups promise.
@@ -53,8 +54,8 @@ fn cameras_agree_within_half_an_ulp() {
 fn a_thin_lens_cone_vanishes_in_focus_and_a_pinhole_s_is_a_pixel_wide_there() {
     let camera = camera(Lens::Thin { width: 0.3 });
     let mut doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
-    let d = unit(camera.w);
-    let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let d = unit(camera.w.into());
+    let distance = camera.w.length();
     let lens = doubles.thin_lens(d, 0.3);
     let there = doubles.step(lens, Step::Propagate(distance));
     assert!(there.width.0.abs() < 1e-15);
@@ -90,7 +91,7 @@ fn asked(lens: Lens, policy: &ConePolicy) -> Vec<f64> {
     let camera = camera(lens);
     let mut doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let mut out = Vec::new();
-    walk(&mut doubles, policy, lens, &path(unit(camera.w)), &mut |asked, cone| {
+    walk(&mut doubles, policy, lens, &path(unit(camera.w.into())), &mut |asked, cone| {
         out.push(match asked {
             Asked::Look(_) => cone.width.0,
             Asked::Sky(..) => cone.angle.0,
@@ -104,7 +105,7 @@ fn the_wider_cone_counts_but_at_the_first_hit_of_a_pinhole() {
     let camera = camera(Lens::Pinhole);
     let doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
     let pixel = doubles.pixel_width();
-    let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let distance = camera.w.length();
     // At 3 of about 5 units the lens of one pixel's width is wider on the near side: 1 − 3/5 < 3/5, not here.
     let two = asked(Lens::Pinhole, &ConePolicy::default());
     let first = pixel * 3.0 / distance;
@@ -129,7 +130,7 @@ fn the_wider_cone_counts_but_at_the_first_hit_of_a_pinhole() {
 fn the_distance_metric_knows_nothing_of_mirrors() {
     let camera = camera(Lens::Pinhole);
     let doubles = FloatCones::new(&camera, ConeRules::Note, SetDiffuse::Angle);
-    let distance = camera.w.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let distance = camera.w.length();
     let policy = ConePolicy { metric: ConeMetric::Distance, ..ConePolicy::default() };
     for lens in [Lens::Pinhole, Lens::Thin { width: 0.3 }] {
         let found = asked(lens, &policy);

@@ -1,6 +1,8 @@
 //! Reading against the crate `tobj`, transforms, and the shared meshes where they are present.
 
 use std::path::{Path, PathBuf};
+
+use glam::DVec3;
 use tapline::mesh::Mesh;
 use tapline::scene::bump::BumpSource;
 use tapline::scene::{SceneOptions, build};
@@ -29,7 +31,7 @@ fn every_shared_mesh_loads_in_its_published_size_and_fills_the_view() {
     ];
     for (file, (name, triangles)) in shared().iter().zip(sizes) {
         assert!(file.ends_with(name));
-        let (mesh, repairs) = Mesh::load(file, [0.0; 3], 1.0).unwrap();
+        let (mesh, repairs) = Mesh::load(file, DVec3::ZERO, 1.0).unwrap();
         let all = mesh.triangles().len() + repairs.degenerate;
         assert!(triangles == 0 || all == triangles, "{name}: {all}");
         assert_eq!(mesh.untextured(), 0, "{name}");
@@ -69,14 +71,15 @@ fn obj_triangles_are_those_of_another_reader() {
                 })
             })
             .collect();
-        let (mesh, repairs) = Mesh::load(&file, [0.0; 3], 1.0).unwrap();
+        let (mesh, repairs) = Mesh::load(&file, DVec3::ZERO, 1.0).unwrap();
         if repairs.degenerate > 0 {
             assert!(theirs.len() / 3 == mesh.triangles().len() + repairs.degenerate);
             continue;
         }
         assert_eq!(theirs.len(), 3 * mesh.triangles().len());
         // The fit is one scale and one move: all differences keep their ratio.
-        let ours: Vec<[f64; 3]> = mesh.triangles().iter().flat_map(|t| t.positions).collect();
+        let ours: Vec<[f64; 3]> =
+            mesh.triangles().iter().flat_map(|t| t.positions.map(DVec3::into)).collect();
         let far =
             |all: &[[f64; 3]], i: usize| (0..3).map(|k| all[i][k] - all[0][k]).collect::<Vec<_>>();
         let far_one = (0..ours.len())
@@ -120,7 +123,7 @@ fn a_normal_map_goes_on_a_mesh_with_texture_coordinates_only() {
         assert!(scene.fragments.len() > 200);
         for f in &scene.fragments {
             let f = f.fragment;
-            let (e1, e2) = tapline::scene::local_frame(f.n, f.h.unwrap());
+            let (e1, e2) = tapline::scene::local_frame(f.n.into(), f.h.unwrap().into());
             let [b1, b2] = f.bump.unwrap();
             let lean = [0, 1].map(|i| b1 * e1[i] + b2 * e2[i]);
             // Right as the map sees it, and up in both.

@@ -2,6 +2,8 @@
 
 use std::io::Write as _;
 use std::path::Path;
+
+use glam::DVec3;
 use tapline::mesh::Mesh;
 
 /// Loads bytes under a name's ending; the error's text, or nothing where they load.
@@ -9,7 +11,7 @@ fn refused(ending: &str, bytes: &[u8]) -> Option<String> {
     let mut file = tempfile::Builder::new().suffix(ending).tempfile().unwrap();
     file.write_all(bytes).unwrap();
     file.flush().unwrap();
-    let error = Mesh::load(file.path(), [0.0; 3], 1.0).err()?;
+    let error = Mesh::load(file.path(), DVec3::ZERO, 1.0).err()?;
     assert_eq!(error.subject, file.path().display().to_string());
     Some(error.to_string())
 }
@@ -54,7 +56,7 @@ fn a_wrong_obj_is_refused_at_its_line() {
 #[test]
 fn a_missing_file_a_folder_and_another_kind_are_refused() {
     for path in ["/nowhere/mesh.obj", "/"] {
-        assert!(Mesh::load(Path::new(path), [0.0; 3], 1.0).is_err());
+        assert!(Mesh::load(Path::new(path), DVec3::ZERO, 1.0).is_err());
     }
     assert!(refused(".stl", b"solid").unwrap().contains(".obj or .glb"));
     assert!(refused(".glb", b"solid").unwrap().contains("glTF binary"));

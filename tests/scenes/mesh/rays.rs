@@ -5,6 +5,7 @@
     reason = "small indices; where bits must be equal, that is what is tested"
 )]
 
+use glam::{DVec3, dvec3};
 use proptest::prelude::*;
 use tapline::base::dual::Dual;
 use tapline::mesh::{Corner, Mesh, Soup, meet};
@@ -49,10 +50,10 @@ proptest! {
         corners in prop::collection::vec(prop_oneof![coarse(), fine()], 9..120),
         rays in prop::collection::vec((prop_oneof![coarse(), fine()], prop_oneof![coarse(), fine()]), 40),
     ) {
-        let Ok((mesh, _)) = Mesh::new(&soup(&corners), "random", [0.0; 3], 1.0) else { return Ok(()) };
+        let Ok((mesh, _)) = Mesh::new(&soup(&corners), "random", DVec3::ZERO, 1.0) else { return Ok(()) };
         for (o, d) in rays {
             if d != [0.0; 3] {
-                prop_assert_eq!(mesh.nearest(o, d, 0.0), brute(&mesh, o, d));
+                prop_assert_eq!(mesh.nearest(o.into(), d.into(), 0.0), brute(&mesh, o, d));
             }
         }
     }
@@ -87,17 +88,15 @@ fn ball(n: usize) -> Soup {
 
 #[test]
 fn no_ray_slips_through_an_edge_or_a_corner_of_a_closed_mesh() {
-    let (mesh, repairs) = Mesh::new(&ball(8), "ball", [0.0; 3], 1.0).unwrap();
+    let (mesh, repairs) = Mesh::new(&ball(8), "ball", DVec3::ZERO, 1.0).unwrap();
     assert_eq!(repairs.degenerate, 0);
     let mut tried = 0;
     for triangle in mesh.triangles() {
         let [a, b, c] = triangle.positions;
-        let mix = |k: f64, l: f64| [0, 1, 2].map(|i| a[i] * (1.0 - k - l) + b[i] * k + c[i] * l);
-        for origin in [[0.0; 3], [0.1, -0.2, 0.3], [0.5, 0.5, -0.25]] {
+        for origin in [DVec3::ZERO, dvec3(0.1, -0.2, 0.3), dvec3(0.5, 0.5, -0.25)] {
             for (k, l) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.3, 0.7), (0.0, 0.123), (0.2, 0.3)]
             {
-                let target = mix(k, l);
-                let d = [0, 1, 2].map(|i| target[i] - origin[i]);
+                let d = a * (1.0 - k - l) + b * k + c * l - origin;
                 assert!(mesh.nearest(origin, d, 0.0).is_some(), "{origin:?} {d:?}");
                 tried += 1;
             }
@@ -108,11 +107,11 @@ fn no_ray_slips_through_an_edge_or_a_corner_of_a_closed_mesh() {
 
 #[test]
 fn computed_normals_of_a_ball_point_outwards_within_a_cell() {
-    let (mesh, repairs) = Mesh::new(&ball(24), "ball", [0.0; 3], 1.0).unwrap();
+    let (mesh, repairs) = Mesh::new(&ball(24), "ball", DVec3::ZERO, 1.0).unwrap();
     assert_eq!(repairs.normals_computed, 3 * mesh.triangles().len());
     for triangle in mesh.triangles() {
         for (p, n) in triangle.positions.iter().zip(triangle.normals) {
-            let cosine = (0..3).map(|i| p[i] * n[i]).sum::<f64>();
+            let cosine = p.dot(n);
             // Faces lean from the ball's normal at a corner by at most half a cell's diagonal; their
             // mean leans less. The cell is π/24 wide.
             let bound = libm::cos(std::f64::consts::PI / 24.0 / std::f64::consts::SQRT_2);
@@ -123,7 +122,7 @@ fn computed_normals_of_a_ball_point_outwards_within_a_cell() {
 
 #[test]
 fn weights_carry_the_derivatives_that_differences_show() {
-    let (mesh, _) = Mesh::new(&ball(6), "ball", [0.0, 0.0, -3.0], 1.0).unwrap();
+    let (mesh, _) = Mesh::new(&ball(6), "ball", dvec3(0.0, 0.0, -3.0), 1.0).unwrap();
     let ray = |x: f64, y: f64| [x, y, -1.0];
     let step = 1e-6;
     let mut compared = 0;
@@ -134,7 +133,7 @@ fn weights_carry_the_derivatives_that_differences_show() {
             Dual { value: -1.0, dx: 0.0, dy: 0.0 },
         ];
         let zero = [Dual { value: 0.0, dx: 0.0, dy: 0.0 }; 3];
-        let triangle = &mesh.triangles()[mesh.nearest([0.0; 3], ray(x, y), 0.0).unwrap()];
+        let triangle = &mesh.triangles()[mesh.nearest(DVec3::ZERO, ray(x, y).into(), 0.0).unwrap()];
         let exact = meet(triangle, zero, dual).unwrap();
         let plain = meet(triangle, [0.0; 3], ray(x, y)).unwrap();
         let at = |x, y| meet(triangle, [0.0; 3], ray(x, y)).unwrap().weights;
@@ -154,8 +153,8 @@ fn weights_carry_the_derivatives_that_differences_show() {
 #[test]
 fn of_coinciding_triangles_the_first_is_met() {
     let one = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let (mesh, _) = Mesh::new(&soup(&[one, one, one].concat()), "three", [0.0; 3], 1.0).unwrap();
+    let (mesh, _) = Mesh::new(&soup(&[one, one, one].concat()), "three", DVec3::ZERO, 1.0).unwrap();
     for (x, y) in [(-0.1, -0.2), (0.0, 0.0), (-0.3, 0.1)] {
-        assert_eq!(mesh.nearest([x, y, 1.0], [0.0, 0.0, -1.0], 0.0), Some(0));
+        assert_eq!(mesh.nearest(dvec3(x, y, 1.0), DVec3::NEG_Z, 0.0), Some(0));
     }
 }
