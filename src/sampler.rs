@@ -188,24 +188,3 @@ pub fn alone(
     let seen = unit.sample(image, state, source, &four)?;
     Ok(seen.into_iter().step_by(4).collect())
 }
-
-/// A double as the nearest float: what a query or a texel holds.
-#[must_use]
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "queries and texels are floats; doubles beyond them become infinite"
-)]
-pub fn to_f32(value: f64) -> f32 {
-    value as f32
-}
-
-/// The whole part of a number as an index, 0 below 0.
-#[must_use]
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the cast saturates, and NaN becomes 0"
-)]
-pub fn to_index(value: f64) -> usize {
-    value as usize
-}

@@ -1,4 +1,4 @@
-//! Casts between integers that end at the nearest number of the other type instead of wrapping.
+//! Casts that end at the nearest number of the other type instead of wrapping.
 
 macro_rules! nearest {
     ($($to:ident)*) => {$(
@@ -12,6 +12,24 @@ macro_rules! nearest {
 }
 
 nearest! { u8 u16 u32 u64 usize i32 i64 }
+
+/// The nearest single; infinite beyond the largest one.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
+pub fn f32(value: f64) -> f32 {
+    value as f32
+}
+
+/// The whole part of a number as an index, 0 below 0 and for what is no number.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates, and NaN becomes 0"
+)]
+pub fn index(value: f64) -> usize {
+    value as usize
+}
 
 #[cfg(test)]
 mod tests {

@@ -8,6 +8,27 @@ pub fn hash(value: u64) -> u64 {
     Random::new(value).word()
 }
 
+/// A word whose bits all depend on all of `z`: SplitMix64's last step.
+#[must_use]
+pub fn mixed(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// A shorter one, for procedural textures.
+#[must_use]
+pub fn stirred(mut z: u64) -> u64 {
+    z = (z ^ (z >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z ^ (z >> 32)
+}
+
+/// A word's upper 53 bits as a double in [0, 1).
+#[must_use]
+pub fn share(word: u64) -> f64 {
+    (word >> 11) as f64 / 9_007_199_254_740_992.0
+}
+
 /// SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014): a counter times a
 /// constant, then mixed.
 #[derive(Clone, Copy, Debug)]
@@ -32,10 +53,7 @@ impl Random {
     /// The next word.
     pub fn word(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        mixed(self.0)
     }
 
     /// A number below `n`, which is at least 1.
@@ -62,17 +80,17 @@ impl Random {
 
     /// A double in [0, 1) of 53 bits.
     pub fn unit(&mut self) -> f64 {
-        libm::ldexp(self.low_bits(53), -53)
+        share(self.word())
+    }
+
+    /// A double from `low` on and below `high`.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
     }
 
     /// A double in (−1, 1).
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "at most 53 bits")]
-    fn low_bits(&mut self, bits: u32) -> f64 {
-        (self.word() >> (64 - bits)) as f64
     }
 
     /// Three doubles in (−1, 1).

@@ -19,7 +19,7 @@ use crate::gpu::sampling::DeviceSampler;
 use crate::gpu::{Gpu, GpuError};
 use crate::picture::Picture;
 use crate::reference::{Env, NoTap, Prepared, env};
-use crate::sampler::{Format, Image, Query, Shape, Source, State, to_f32};
+use crate::sampler::{Format, Image, Query, Shape, Source, State};
 use crate::settings::Settings;
 
 /// Look-ups between two signs of progress.
@@ -44,12 +44,12 @@ pub fn query(env: &Env, rough: bool) -> Query {
     let on_face = |[du, dv]: [f64; 2]| {
         let mut d = [0.0f32; 3];
         for ((axis, sign), value) in FACE_AXES[env.face].into_iter().zip([du, dv]) {
-            d[axis] = to_f32(sign * value);
+            d[axis] = num::f32(sign * value);
         }
         d
     };
     Query {
-        at: direction(env.face, env.u, env.v).map(to_f32),
+        at: direction(env.face, env.u, env.v).map(num::f32),
         dx: on_face(pair[0]),
         dy: on_face(pair[1]),
         lod: 0.0,

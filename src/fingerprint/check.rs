@@ -3,9 +3,10 @@
 use super::cube::straddles;
 use super::levels::{Fit, random};
 use super::model::{Line, Model, Rule};
+use crate::base::num;
 use crate::cube::direction;
 use crate::error::InputError;
-use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
 
 /// Look-ups in a group.
 const LOOK_UPS: usize = 2048;
@@ -45,7 +46,7 @@ fn noise(shape: Shape) -> Image {
     Image::new(shape, Format::Half, NOISE, levels, |_, _, _, _| {
         [0; 4].map(|_: u8| {
             seed += 1;
-            to_f32(((random(seed) + 1.0) * 512.0).floor() / 1024.0)
+            num::f32(((random(seed) + 1.0) * 512.0).floor() / 1024.0)
         })
     })
 }
@@ -62,7 +63,7 @@ fn look_ups(shape: Shape, count: usize) -> Vec<Query> {
             let texel = if shape == Shape::Planar { 1.0 } else { 2.0 } / NOISE as f64;
             let x = [major * cos * texel, major * sin * texel];
             let y = [-minor * sin * texel, minor * cos * texel];
-            let f32s = |d: [f64; 3]| d.map(to_f32);
+            let f32s = |d: [f64; 3]| d.map(num::f32);
             match shape {
                 Shape::Planar => Query {
                     at: f32s([0.5 + 0.3 * r(3), 0.5 + 0.3 * r(4), 0.0]),

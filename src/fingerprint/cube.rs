@@ -5,11 +5,10 @@ use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
 use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
 use super::transfer::{Transfer, transfer};
+use crate::base::num;
 use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
 use crate::error::InputError;
-use crate::sampler::{
-    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
-};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
 
 /// Texels along an edge of a face for the level of detail.
 const SIZE: usize = 256;
@@ -53,7 +52,7 @@ pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, InputError> {
         directions.iter().map(|d| Query { at: d.map(f32::from), ..Query::default() }).collect();
     let faces = unit.sample(&image, State::nearest(), Source::Level, &queries)?;
     let seen: Vec<([i8; 3], usize)> =
-        directions.into_iter().zip(faces).map(|(d, c)| (d, to_index(c[0].into()))).collect();
+        directions.into_iter().zip(faces).map(|(d, c)| (d, num::index(c[0].into()))).collect();
     let expected = seen.iter().filter(|(d, face)| major_face(d.map(f64::from)) == *face).count();
     Ok(Ties { seen, expected })
 }
@@ -99,7 +98,7 @@ pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, InputEr
             (near(0.3), -near(0.1)),
             (-near(0.2), -near(0.25)),
         ] {
-            queries.push(Query { at: direction(face, u, v).map(to_f32), ..Query::default() });
+            queries.push(Query { at: direction(face, u, v).map(num::f32), ..Query::default() });
         }
     }
     let state = State::trilinear(1);
@@ -145,8 +144,8 @@ fn cases() -> Vec<Query> {
             let at = direction(face, 0.9 * r(0), 0.9 * r(1));
             // 2 to 32 texels of level 0.
             let scale = libm::exp2(3.0 + 2.0 * r(8)) * 2.0 / SIZE as f64;
-            let d = |j: u64| [0, 1, 2].map(|c| to_f32(r(j + c) * scale));
-            Query { at: at.map(to_f32), dx: d(2), dy: d(5), lod: 0.0 }
+            let d = |j: u64| [0, 1, 2].map(|c| num::f32(r(j + c) * scale));
+            Query { at: at.map(num::f32), dx: d(2), dy: d(5), lod: 0.0 }
         })
         .collect()
 }
@@ -249,9 +248,9 @@ pub fn footprints(
         let zero = direction(face, 0.0, 0.0);
         let moved = |d: [f64; 2]| {
             let to = direction(face, d[0] * texel, d[1] * texel);
-            [0, 1, 2].map(|i| to_f32(to[i] - zero[i]))
+            [0, 1, 2].map(|i| num::f32(to[i] - zero[i]))
         };
-        Query { at: direction(face, u, v).map(to_f32), dx: moved(x), dy: moved(y), lod: 0.0 }
+        Query { at: direction(face, u, v).map(num::f32), dx: moved(x), dy: moved(y), lod: 0.0 }
     };
     let half = libm::sqrt(0.5);
     let asked = [

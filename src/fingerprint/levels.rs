@@ -2,11 +2,10 @@
 
 use super::rho::{PLANAR_RULES, Rho};
 use super::steps::{SWEEP, Staircase, fraction, grid_bits, staircase};
-use crate::base::random::hash;
+use crate::base::num;
+use crate::base::random::Random;
 use crate::error::InputError;
-use crate::sampler::{
-    Format, Image, Query, Shape, Source, State, TextureUnit, alone, to_f32, to_index,
-};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone};
 
 /// Texels along an edge of level 0.
 pub const SIZE: usize = 256;
@@ -88,7 +87,7 @@ pub fn lod_on(octave: &[f64], log2: f64) -> f64 {
     let points = octave.len() - 1;
     let place = (log2 - log2.floor()) * points as f64;
     let below = place.floor();
-    let index = to_index(below).min(points - 1);
+    let index = num::index(below).min(points - 1);
     let (a, b) = (octave[index], octave[index + 1]);
     log2.floor() + a + (b - a) * (place - below)
 }
@@ -117,7 +116,7 @@ pub struct Curve {
 /// A query in the middle of the texture with derivatives in texels of level 0.
 #[must_use]
 pub fn query(dx: [f64; 2], dy: [f64; 2]) -> Query {
-    let scale = |v: [f64; 2]| [to_f32(v[0] / SIZE as f64), to_f32(v[1] / SIZE as f64), 0.0];
+    let scale = |v: [f64; 2]| [num::f32(v[0] / SIZE as f64), num::f32(v[1] / SIZE as f64), 0.0];
     Query { at: [0.5, 0.5, 0.0], dx: scale(dx), dy: scale(dy), lod: 0.0 }
 }
 
@@ -240,7 +239,7 @@ pub fn rank<R: Copy, T>(
 /// A number −1…1 from a seed.
 #[must_use]
 pub fn random(seed: u64) -> f64 {
-    (hash(seed) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    Random::new(seed).signed()
 }
 
 /// Which length of the derivatives counts: random pairs of them against each rule.

@@ -8,7 +8,7 @@ use super::steps::Steps;
 use crate::base::num;
 use crate::cube::{across_edge, direction, face_uv};
 use crate::error::InputError;
-use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32, to_index};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit};
 
 /// What a fingerprint claims.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl Model {
         let (lod, taps) = (footprint.lod.clamp(0.0, top), footprint.offsets);
         if let Some((seam, pair)) = footprint.ellipse {
             let model = Self { seam, ..self.clone() };
-            return model.ellipse(image, to_index(lod), query, pair);
+            return model.ellipse(image, num::index(lod), query, pair);
         }
         let lod = if state.linear_mips { lod } else { (lod + 0.5).floor().min(top) };
         let (low, share) = (lod.floor(), lod - lod.floor());
@@ -66,7 +66,7 @@ impl Model {
         for offset in &taps {
             for (level, weight) in [(low, 1.0 - share), (low + 1.0, share)] {
                 if weight > 0.0 {
-                    let texel = self.tap(image, state, to_index(level), query, *offset);
+                    let texel = self.tap(image, state, num::index(level), query, *offset);
                     for (sum, texel) in sum.iter_mut().zip(texel) {
                         *sum += weight * texel / taps.len() as f64;
                     }
@@ -106,7 +106,7 @@ impl Model {
                 let (long, short, axis) = rule.lod.lengths.of(pair[0], pair[1]);
                 let taps = count.of(ratio(long, short), rule.clamp);
                 let gap = long * spacing.share(taps);
-                footprint.offsets = (0..to_index(taps))
+                footprint.offsets = (0..num::index(taps))
                     .map(|i| (i as f64 - (taps - 1.0) / 2.0) * gap)
                     .map(|along| axis.map(|a| a * along))
                     .collect();
@@ -278,7 +278,7 @@ impl TextureUnit for Model {
     ) -> Result<Vec<[f32; 4]>, InputError> {
         Ok(queries
             .iter()
-            .map(|query| self.color(image, state, source, query).map(to_f32))
+            .map(|query| self.color(image, state, source, query).map(num::f32))
             .collect())
     }
 

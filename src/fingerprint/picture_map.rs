@@ -5,7 +5,8 @@ use super::plot::{Canvas, FAINT, IDEAL, INK, heat};
 use super::taps::Tap;
 use super::transfer::Transfer;
 use super::{Fingerprint, MAP, MAP_ANGLES, Mapped, source_name};
-use crate::sampler::{Source, to_index};
+use crate::base::num;
+use crate::sampler::Source;
 
 /// How large the tap map is drawn.
 #[derive(Clone, Copy)]
@@ -106,7 +107,7 @@ fn cell(
     for tap in taps {
         let [tx, ty] = tap.offset.map(|o| (middle + o) * scale.texel as f64);
         if tx >= 0.0 && ty >= 0.0 {
-            canvas.rect((x + to_index(tx), y + to_index(ty)), (2, 2), INK);
+            canvas.rect((x + num::index(tx), y + num::index(ty)), (2, 2), INK);
         }
     }
 }

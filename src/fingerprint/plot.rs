@@ -3,7 +3,6 @@
 use crate::base::num;
 use crate::picture::Picture;
 use crate::report::font::{draw_text, fill, text_width};
-use crate::sampler::to_index;
 use crate::srgb::linear_of_bytes;
 
 /// Colours as 8-bit sRGB.
@@ -44,13 +43,13 @@ impl Canvas {
 
     fn dot(&mut self, x: f64, y: f64, color: [u8; 3]) {
         if x >= 0.0 && y >= 0.0 {
-            self.rect((to_index(x), to_index(y)), (1, 1), color);
+            self.rect((num::index(x), num::index(y)), (1, 1), color);
         }
     }
 
     fn line(&mut self, a: [f64; 2], b: [f64; 2], color: [u8; 3]) {
         let length = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().clamp(1.0, 8192.0);
-        for i in 0..=to_index(length) {
+        for i in 0..=num::index(length) {
             let t = i as f64 / length;
             self.dot(a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, color);
         }
@@ -83,17 +82,17 @@ impl Axes {
         canvas.text((self.at.0, self.at.1 - 14), title, 1, INK);
         for tick in ticks[0] {
             let [x, _] = self.place([*tick, self.y[0]]);
-            canvas.rect((to_index(x), self.at.1), (1, self.size.1), FAINT);
+            canvas.rect((num::index(x), self.at.1), (1, self.size.1), FAINT);
             let text = format!("{tick}");
-            let left = (to_index(x)).saturating_sub(text_width(&text, 1) / 2);
+            let left = (num::index(x)).saturating_sub(text_width(&text, 1) / 2);
             canvas.text((left, self.at.1 + self.size.1 + 4), &text, 1, INK);
         }
         for tick in ticks[1] {
             let [_, y] = self.place([self.x[0], *tick]);
-            canvas.rect((self.at.0, to_index(y)), (self.size.0, 1), FAINT);
+            canvas.rect((self.at.0, num::index(y)), (self.size.0, 1), FAINT);
             let text = format!("{tick}");
             let left = self.at.0.saturating_sub(text_width(&text, 1) + 4);
-            canvas.text((left, (to_index(y)).saturating_sub(3)), &text, 1, INK);
+            canvas.text((left, (num::index(y)).saturating_sub(3)), &text, 1, INK);
         }
         canvas.frame(self.at, self.size, INK);
         let below = self.at.1 + self.size.1 + 16;
@@ -128,10 +127,10 @@ pub(super) fn heat(share: f64) -> [u8; 3] {
         [150.0, 20.0, 20.0],
     ];
     let place = share.clamp(0.0, 1.0) * 4.0;
-    let below = to_index(place).min(3);
+    let below = num::index(place).min(3);
     let part = place - below as f64;
     [0, 1, 2].map(|i| {
         let mixed = RAMP[below][i] + (RAMP[below + 1][i] - RAMP[below][i]) * part;
-        num::u8(to_index(mixed))
+        num::u8(num::index(mixed))
     })
 }

@@ -5,11 +5,10 @@
 //! between two points of the sweep is shared by both, so its place is finer than the sweep. The texture max(0, x)·y gives the
 //! other coordinate in the same way. On cubes the hinge lies on face +z.
 
+use crate::base::num;
 use crate::cube::direction;
 use crate::error::InputError;
-use crate::sampler::{
-    Format, Image, Query, Shape, Source, State, TextureUnit, alone, finest, to_f32, to_index,
-};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, alone, finest};
 
 /// Texels along an edge of the hinge.
 const HINGE: usize = 256;
@@ -138,7 +137,7 @@ pub fn taps(
         let lods = middle_lods(unit, shape, source, &asked)?;
         for level in 0..=TOP {
             let at_level =
-                |(_, lod): &(&(usize, &Footprint), f64)| to_index(lod.round()).min(TOP) == level;
+                |(_, lod): &(&(usize, &Footprint), f64)| num::index(lod.round()).min(TOP) == level;
             let group: Vec<(&(usize, &Footprint), f64)> =
                 asked.iter().zip(lods.iter().copied()).filter(at_level).collect();
             sweep(unit, (shape, source, level), &group, &mut found)?;
@@ -205,7 +204,7 @@ fn sweep(
 #[must_use]
 pub fn query_on(footprint: &Footprint, size: usize, at: [f64; 2]) -> Query {
     let share = |v: [f64; 2]| v.map(|c| c / size as f64);
-    let vector = |[x, y]: [f64; 2]| [x, y, 0.0].map(to_f32);
+    let vector = |[x, y]: [f64; 2]| [x, y, 0.0].map(num::f32);
     let [dx, dy] = footprint.derivatives().map(share);
     let at = share(at);
     if footprint.shape == Shape::Planar {
@@ -214,7 +213,7 @@ pub fn query_on(footprint: &Footprint, size: usize, at: [f64; 2]) -> Query {
     // In the face's plane s grows along +x and t along −y; the face is 2 wide.
     let on_face = |[s, t]: [f64; 2]| vector([2.0 * s, -2.0 * t]);
     Query {
-        at: direction(FACE, 2.0 * at[0] - 1.0, 2.0 * at[1] - 1.0).map(to_f32),
+        at: direction(FACE, 2.0 * at[0] - 1.0, 2.0 * at[1] - 1.0).map(num::f32),
         dx: on_face(dx),
         dy: on_face(dy),
         lod: 0.0,

@@ -3,7 +3,7 @@
 use super::steps::{SWEEP, Staircase, fraction, staircase};
 use crate::base::num;
 use crate::error::InputError;
-use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit, to_f32};
+use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit};
 
 /// Texels along an edge of the probes' texture. With coordinates near 1/2 a float resolves 2^−24·16 = 2^−20 texel.
 const SIZE: usize = 16;
@@ -40,7 +40,7 @@ pub struct Coordinates {
 
 fn at(x: f64, y: f64) -> Query {
     let size = num::u64(SIZE) as f64;
-    Query { at: [to_f32(x / size), to_f32(y / size), 0.0], ..Query::default() }
+    Query { at: [num::f32(x / size), num::f32(y / size), 0.0], ..Query::default() }
 }
 
 /// A texture with one level whose texel (x, y) gives.

@@ -92,7 +92,6 @@ pub(super) fn lookup_at_halves(cube: &CubeLevel, face: usize, u: f64, v: f64) ->
 mod tests {
     use super::*;
     use crate::cube::direction;
-    use crate::image::mips::narrow;
     use crate::image::resample::centres;
 
     /// The direction of a pixel in OpenEXR's cube, as that format defines it: per face the signs of
@@ -118,7 +117,7 @@ mod tests {
         let mut texels = Vec::new();
         for row in 0..6 * size {
             for column in 0..size {
-                texels.push(openexr_direction(row / size, column, row % size, size).map(narrow));
+                texels.push(openexr_direction(row / size, column, row % size, size).map(num::f32));
             }
         }
         let cube = cut(&texels, size, size, Arrangement::OpenExr);
@@ -137,7 +136,7 @@ mod tests {
     #[test]
     fn strips_and_crosses_give_the_same_faces() {
         let size = 3;
-        let value = |face: usize, x: usize, y: usize| [real(face), real(x), real(y)].map(narrow);
+        let value = |face: usize, x: usize, y: usize| [real(face), real(x), real(y)].map(num::f32);
         let picture =
             |columns: usize, rows: usize, cells: [[usize; 2]; 6], turned: Option<usize>| {
                 let mut texels = vec![[-1.0f32; 3]; columns * rows * size * size];

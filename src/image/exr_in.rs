@@ -259,7 +259,7 @@ fn place(block: &UncompressedBlock, kinds: &[SampleType], levels: &mut [Planar])
                     (SampleType::F16, [a, b]) => f16::from_ne_bytes([*a, *b]).to_f32(),
                     (SampleType::F32, [a, b, c, d]) => f32::from_ne_bytes([*a, *b, *c, *d]),
                     (SampleType::U32, [a, b, c, d]) => {
-                        super::mips::narrow(f64::from(u32::from_ne_bytes([*a, *b, *c, *d])))
+                        num::f32(f64::from(u32::from_ne_bytes([*a, *b, *c, *d])))
                     }
                     _ => return None,
                 };

@@ -4,7 +4,6 @@
 //! longitude runs from π at the left edge to −π at the right, and
 //! direction = (sin lon·cos lat, sin lat, cos lon·cos lat), so +z is in the middle of the picture.
 
-use super::mips::narrow;
 use super::resample::{centres, mix, real, samples_per_side, split};
 use crate::base::num;
 use crate::cube::CubeLevel;
@@ -71,7 +70,7 @@ impl LatLong {
                         self.add(&mut sums[k / side], *u, *v, *turn);
                     }
                 }
-                let mean = |sum: [f64; 3]| sum.map(|c| narrow(c / count));
+                let mean = |sum: [f64; 3]| sum.map(|c| num::f32(c / count));
                 sums.into_iter().map(|faces| faces.map(mean)).collect()
             })
             .collect();
@@ -142,7 +141,7 @@ mod tests {
                     libm::sin(lat),
                     libm::cos(lon) * libm::cos(lat),
                 ];
-                texels.push(v.map(|c| narrow(c + 2.0)));
+                texels.push(v.map(|c| num::f32(c + 2.0)));
             }
         }
         LatLong { width, height, texels, on_poles }

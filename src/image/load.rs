@@ -5,6 +5,7 @@ use super::layout::{EnvPicture, to_cube};
 use super::limits::{LoadOptions, room};
 use super::planar::{Colour, Planar};
 use super::{ldr, mips, radiance};
+use crate::base::num;
 use crate::cube::CubeMap;
 use crate::error::InputError;
 use crate::planar::{PlanarLevel, PlanarMap};
@@ -149,7 +150,7 @@ fn linear(mut planar: Planar, subject: &str) -> Result<(Vec<[f32; 3]>, Cleaned),
         cleaned.clean(&mut samples);
         if !linear {
             for s in &mut samples {
-                *s = mips::narrow(srgb_decode(f64::from(*s)));
+                *s = num::f32(srgb_decode(f64::from(*s)));
             }
         }
         samples

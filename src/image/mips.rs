@@ -93,20 +93,11 @@ fn shrink(
                         }
                     }
                 }
-                total.map(|t| narrow(t / area))
+                total.map(|t| num::f32(t / area))
             })
         })
         .collect();
     ([columns, rows], texels)
-}
-
-/// f64 to the nearest f32, ties to even.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to f32 is what this is for; means of f32 values stay in range"
-)]
-pub(crate) fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

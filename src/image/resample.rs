@@ -1,6 +1,5 @@
 //! Supersampling of any source into the faces of a cube.
 
-use super::mips::narrow;
 use crate::base::num;
 use crate::cube::CubeLevel;
 use rayon::prelude::*;
@@ -54,7 +53,7 @@ where
                         }
                     }
                 }
-                total.map(|t| narrow(t / count))
+                total.map(|t| num::f32(t / count))
             })
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Pictures out: linear EXR and sRGB PNG, the same bytes for the same picture.
 
 use super::exr_header::scan;
-use super::mips::narrow;
+use crate::base::num;
 use crate::picture::Picture;
 use crate::srgb::srgb_encode;
 use exr::image::{Encoding, Image, Layer, SpecificChannels};
@@ -54,7 +54,7 @@ pub fn write_exr(
             Image::from_layer(layer).write().to_buffered(&mut bytes)
         }
         Sample::Float => {
-            let pixel = |p| <(f32, f32, f32)>::from(at(p).map(narrow));
+            let pixel = |p| <(f32, f32, f32)>::from(at(p).map(num::f32));
             let layer = Layer::new(size, own, encoding, SpecificChannels::rgb(pixel));
             Image::from_layer(layer).write().to_buffered(&mut bytes)
         }

@@ -18,7 +18,6 @@ use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, direction, face_uv};
 use crate::distance::DistanceCube;
 use crate::image::build_mips;
-use crate::image::mips::narrow;
 use crate::scene::world::World;
 
 pub use crate::image::{CleanedDistances, load_distance};
@@ -132,7 +131,7 @@ fn colour(world: &World, reference: DVec3, size: usize, [face, x, y]: [usize; 3]
             }
         }
     }
-    sum.map(|c| narrow(c / (SAMPLES * SAMPLES) as f64))
+    sum.map(|c| num::f32(c / (SAMPLES * SAMPLES) as f64))
 }
 
 fn centre(
@@ -145,8 +144,8 @@ fn centre(
     match world.look(reference, d) {
         None => (f32::INFINITY, WallPlace { wall: -1, uv: [0.0; 2] }),
         Some(sight) => (
-            narrow(sight.meeting.t * d.length()),
-            WallPlace { wall: num::i32(sight.wall), uv: sight.uv.map(narrow) },
+            num::f32(sight.meeting.t * d.length()),
+            WallPlace { wall: num::i32(sight.wall), uv: sight.uv.map(num::f32) },
         ),
     }
 }

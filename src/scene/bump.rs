@@ -4,6 +4,7 @@
 //! So b1 = −∂height/∂column and b2 = +∂height/∂row, and a tangent-space normal map whose green channel
 //! points up (the OpenGL convention) gives b = (nx/nz, ny/nz) as it stands.
 
+use crate::base::num;
 use crate::error::InputError;
 
 /// Longest offset that a map may hold: steeper slopes are shortened to it and counted. Real normal maps
@@ -199,7 +200,7 @@ impl BumpMap {
                     let shorter = [b1 / length * MAX_OFFSET, b2 / length * MAX_OFFSET];
                     if shorter.iter().all(|c| c.is_finite()) { shorter } else { [0.0; 2] }
                 };
-                offsets.push(kept.map(narrow));
+                offsets.push(kept.map(num::f32));
             }
         }
         Self { width, height, offsets, cleaned }
@@ -277,12 +278,6 @@ impl Taps {
         let index = whole as usize + size - 1;
         Self { first: index % size, second: (index + 1) % size, weight: place - whole }
     }
-}
-
-/// Rounds to single; the values are at most [`MAX_OFFSET`] long.
-#[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
-fn narrow(value: f64) -> f32 {
-    value as f32
 }
 
 /// Refuses an empty map and one whose values do not fill it.

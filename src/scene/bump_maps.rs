@@ -3,28 +3,11 @@
 use rayon::prelude::*;
 
 use super::bump::BumpMap;
+use crate::base::random::{Random, mixed, share};
 
 /// Texels along a side of both maps.
 pub const SIZE: usize = 1024;
 const SIDE: f64 = 1024.0;
-
-/// Numbers that look random and are the same everywhere (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    /// Uniform in `low`…`high`.
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        low + (high - low) * fraction(self.0)
-    }
-}
-
-/// 53 mixed bits as a number in 0…1.
-fn fraction(value: u64) -> f64 {
-    let mut z = (value ^ (value >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / 9_007_199_254_740_992.0
-}
 
 /// A map from numbers made here, which always fill it.
 fn from_heights(heights: &[f64]) -> BumpMap {
@@ -44,7 +27,7 @@ fn from_heights(heights: &[f64]) -> BumpMap {
 pub fn scratches() -> BumpMap {
     let mut heights = vec![0.0; SIZE * SIZE];
     brush(&mut heights);
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     for _ in 0..350 {
         let family = [0.26, 1.25, 2.3][whole(random.within(0.0, 3.0)).clamp(0, 2).unsigned_abs()];
         let angle = family + random.within(-0.12, 0.12);
@@ -138,7 +121,7 @@ fn streaks(along: f64, across: f64, key: u64) -> f64 {
     let corner = |i: f64, j: f64| {
         // Both are whole and within ±2000: shifted to be positive, they do not overlap.
         let cell = whole((i + 4096.0) * 8192.0 + (j + 4096.0));
-        fraction(cell.unsigned_abs() as u64 ^ (key << 40))
+        share(mixed(cell.unsigned_abs() as u64 ^ (key << 40)))
     };
     let (i, j) = (along.floor(), across.floor());
     let (f, g) = (along - i, across - j);
@@ -165,7 +148,7 @@ fn wrapped(place: isize) -> usize {
 /// The slope's root mean square is about 0.12.
 #[must_use]
 pub fn waves() -> BumpMap {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let mut waves = Vec::new();
     for octave in 0..6u8 {
         for _ in 0..6 {

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::base::num;
+use crate::base::random::stirred;
 use crate::cube::{CubeLevel, direction};
 
 /// Samples along each side of a texel.
@@ -42,13 +44,7 @@ fn texel(size: usize, face: usize, x: usize, y: usize) -> [f32; 3] {
             }
         }
     }
-    sum.map(|c| narrow(c / (SAMPLES * SAMPLES) as f64))
-}
-
-/// Rounds to single; radiance is between 0 and about 310.
-#[expect(clippy::cast_possible_truncation, reason = "rounding to single is meant")]
-fn narrow(value: f64) -> f32 {
-    value as f32
+    sum.map(|c| num::f32(c / (SAMPLES * SAMPLES) as f64))
 }
 
 /// Linear RGB seen in a direction of any length but zero.
@@ -146,13 +142,9 @@ fn tower(d: [f64; 3]) -> Option<[f64; 3]> {
     reason = "both numbers are whole and below 2^20; a wrong one would only change a colour"
 )]
 fn hash(a: f64, b: f64) -> f64 {
-    let mut h = (a as u64)
-        .wrapping_mul(0x9E37_79B9_7F4A_7C15)
-        .wrapping_add((b as u64).wrapping_mul(0xD1B5_4A32_D192_ED03));
-    h ^= h >> 29;
-    h = h.wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    h ^= h >> 32;
-    (h & 0xFFFF) as f64 / 65536.0
+    let a = (a as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let h = a.wrapping_add((b as u64).wrapping_mul(0xD1B5_4A32_D192_ED03));
+    (stirred(h) & 0xFFFF) as f64 / 65536.0
 }
 
 /// Letters five columns wide and seven rows high, the leftmost column in the highest of five bits.

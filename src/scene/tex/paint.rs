@@ -1,8 +1,10 @@
 //! Procedural textures: fine detail on every level of the chain, hard edges and smooth shades.
 
+use crate::base::num;
 use rayon::prelude::*;
 
-use crate::image::mips::{build_planar_mips, narrow};
+use crate::base::random::stirred;
+use crate::image::mips::build_planar_mips;
 use crate::planar::{PlanarLevel, PlanarMap};
 
 /// What a texture shows.
@@ -26,7 +28,7 @@ impl Paint {
                     Self::Fields => fields(at(i % size), at(i / size)),
                     Self::Glaze => glaze(at(i % size), at(i / size)),
                 };
-                colour.map(narrow)
+                colour.map(num::f32)
             })
             .collect();
         build_planar_mips(PlanarLevel { size: [size; 2], texels })
@@ -43,11 +45,9 @@ fn noise(x: f64, y: f64) -> f64 {
         let whole = v as i64;
         whole.cast_unsigned()
     };
-    let mut h =
+    let h =
         bits(x).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ bits(y).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
-    h = (h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    h ^= h >> 32;
-    (h >> 40) as f64 / 16_777_216.0
+    (stirred(h) >> 40) as f64 / 16_777_216.0
 }
 
 fn odd(x: f64) -> bool {

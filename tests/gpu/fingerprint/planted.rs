@@ -1,5 +1,6 @@
 //! The analysis finds the rules that a model was given. No GPU is needed.
 
+use tapline::base::num;
 use tapline::fingerprint::aniso::{CLAMPS, Count, Lengths, LodRule, Mix, Width};
 use tapline::fingerprint::check::lines;
 use tapline::fingerprint::cube::{self, ties};
@@ -10,7 +11,7 @@ use tapline::fingerprint::steps::{Rounding, Staircase, Steps, grid_bits, stairca
 use tapline::fingerprint::taps::{Footprint, taps};
 use tapline::fingerprint::texels::{coordinates, weights};
 use tapline::fingerprint::{Fingerprint, fingerprint, honours};
-use tapline::sampler::{Format, Shape, Source, to_index};
+use tapline::sampler::{Format, Shape, Source};
 
 use super::models::{bits, odd, orthodox, rules};
 
@@ -123,7 +124,7 @@ fn taps_are_found_at_every_angle_where_they_are() {
     for t in found {
         let Footprint { ratio, degrees, .. } = t.footprint;
         let count = Count::Ceil.of(ratio, 16);
-        let n = to_index(count);
+        let n = num::index(count);
         assert!(t.explains(), "{:?}", t.footprint);
         assert_eq!(t.taps.len(), n, "{:?}", t.footprint);
         let texel = libm_exp2(t.lod.round());
