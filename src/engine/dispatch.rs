@@ -149,7 +149,8 @@ impl<O: Operation> Task for Blocks<'_, O> {
                     (&mut passing[..used], 0)
                 }
                 Source::Kept(blocks, first) if !blocks.is_empty() => {
-                    let (now, later) = std::mem::take(blocks).split_at_mut(GROUP.min(blocks.len()));
+                    let used = blocks.len().min(GROUP);
+                    let (now, later) = std::mem::take(blocks).split_at_mut(used);
                     *blocks = later;
                     (now, *first)
                 }
