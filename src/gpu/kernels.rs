@@ -52,9 +52,8 @@ macro_rules! files {
     };
 }
 
-/// What every kernel has before its entry point: name below `src/gpu/shaders` and text.
+/// What every kernel has between the uniform and its entry point: name below `src/gpu/shaders` and text.
 const COMMON: &[(&str, &str)] = files![
-    "policy.wgsl",
     "kernels/ports.wgsl",
     "vector.wgsl",
     "cube.wgsl",
@@ -159,7 +158,7 @@ impl Kernel {
     /// The whole module, as the device compiles it. Its entry point is `main`, 64 invocations a workgroup.
     #[must_use]
     pub fn source(self) -> String {
-        let mut out = String::new();
+        let mut out = super::policy::wgsl();
         for (name, text) in COMMON {
             out.push_str(&format!("// {name}\n{text}\n"));
         }

@@ -1,71 +1,190 @@
-//! The uniform that every kernel reads: the unit's choices and the sizes of the maps, word by word.
+//! The uniform that every kernel reads: the sizes of the maps and the unit's knobs, one list each.
+//!
+//! The WGSL struct and the constants of the choices are printed from the same lists as the bytes.
+
+use std::fmt::Write as _;
+
+use rtl_model::policy::{HitStatus, Legal, Place, ROWS, Row};
 
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
-use crate::policy::{ConeMetric, Weights};
+use crate::policy::Policy as Knobs;
 use crate::scene::tex::camera::{Camera, Lens};
 use crate::settings::Settings;
 
 /// Most probes that a kernel takes, whatever the settings say.
 pub const MOST_PROBES: u32 = 1024;
 
-/// `Policy` of `policy.wgsl`. Numbers of the choices count as the enumerations of `rtl_model/src/policy.rs` do.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Policy {
-    rotation: [[f32; 4]; 3],
+/// Numbers of the choices that are no knobs, by their place: prefix and names.
+const CONSTANTS: [(&str, &[&str]); 3] = [
+    ("STATUS", HitStatus::NAMES),
+    ("DISTANCE", &["cube", "box", "sphere"]),
+    ("LENS", &["pinhole", "thin", "orthographic"]),
+];
+
+/// A type of a member of the uniform: its name in WGSL and its words.
+trait Member: Copy {
+    const WGSL: &'static str;
+    fn words(self) -> Vec<u32>;
+}
+
+impl Member for u32 {
+    const WGSL: &'static str = "u32";
+    fn words(self) -> Vec<u32> {
+        vec![self]
+    }
+}
+
+impl Member for bool {
+    const WGSL: &'static str = "u32";
+    fn words(self) -> Vec<u32> {
+        vec![self.into()]
+    }
+}
+
+impl Member for f32 {
+    const WGSL: &'static str = "f32";
+    fn words(self) -> Vec<u32> {
+        vec![self.to_bits()]
+    }
+}
+
+impl Member for [f32; 4] {
+    const WGSL: &'static str = "vec4f";
+    fn words(self) -> Vec<u32> {
+        self.map(f32::to_bits).to_vec()
+    }
+}
+
+/// A member of the uniform as it is printed and written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// What it says.
+    pub meaning: String,
+    /// Name in WGSL.
+    pub name: String,
+    /// Type in WGSL.
+    pub wgsl: &'static str,
+    /// Its words.
+    pub words: Vec<u32>,
+}
+
+macro_rules! uniform {
+    ($($(#[doc = $doc:literal])* $name:ident: $ty:ty,)+) => {
+        /// `Policy` of the kernels.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct Policy {
+            $($(#[doc = $doc])* pub $name: $ty,)+
+            /// The knobs; kernels see those that all engines honour.
+            pub knobs: Knobs,
+        }
+
+        impl Policy {
+            fn own(&self) -> Vec<Entry> {
+                vec![$(Entry {
+                    meaning: concat!($($doc),*).trim().into(),
+                    name: stringify!($name).into(),
+                    wgsl: <$ty as Member>::WGSL,
+                    words: self.$name.words(),
+                }),+]
+            }
+        }
+    };
+}
+
+uniform! {
+    /// A row of the environment's rotation; used where `rotated` is not 0.
+    rotation_0: [f32; 4],
+    /// The next row.
+    rotation_1: [f32; 4],
+    /// The last row.
+    rotation_2: [f32; 4],
+    /// Half edges of a box of distances; x is a sphere's radius.
     half_edges: [f32; 4],
-    camera: [[f32; 4]; 3],
+    /// The camera: half the view rectangle to the right.
+    camera_u: [f32; 4],
+    /// Half of it upwards.
+    camera_v: [f32; 4],
+    /// From the eye to its middle; w is the lens's width.
+    camera_w: [f32; 4],
     /// Fragments of the dispatch.
-    pub fragments: u32,
+    fragments: u32,
     /// Words of a fragment's input.
-    pub input_words: u32,
+    input_words: u32,
     /// Words of a fragment's output.
-    pub output_words: u32,
+    output_words: u32,
+    /// Whether the environment is turned.
     rotated: bool,
     /// Whether fragments have a bump.
-    pub bump: bool,
+    bump: bool,
     /// Whether fragments have a roughness.
-    pub rough: bool,
+    rough: bool,
+    /// s of K = D Dᵀ + s² K3.
     roughness_scale: f32,
-    dnmod: u32,
-    minor: u32,
-    axis: u32,
-    count: u32,
-    /// Most probes of a fragment.
-    pub max_probes: u32,
-    /// Columns and rows of level 0.
-    pub size: [u32; 2],
+    /// Columns of level 0.
+    size_x: u32,
+    /// Rows of level 0.
+    size_y: u32,
     /// Levels of the mip chain.
-    pub levels: u32,
-    weighted: bool,
-    /// Where the probes' weights start in the tables.
-    weights: u32,
+    levels: u32,
+    /// Whether the axis is to come from the angle table.
     angled: bool,
+    /// Where that starts in `tables`, behind the probes' weights.
     angles: u32,
+    /// Its bins less one.
     boundaries: u32,
+    /// 0: nearest entry; 1: linear.
     angle_order: u32,
+    /// tan of a step of twice the angle.
     tan_step: f32,
-    /// Most look-ups of a search.
-    pub iterations: u32,
-    method: u32,
+    /// τ of the search.
     tau: f32,
-    look_up: u32,
-    hit_footprint: u32,
-    outside: u32,
+    /// Of which kind the distances are.
     distance_kind: u32,
+    /// Texels along an edge of a cube of distances.
     distance_size: u32,
-    cone_env: u32,
-    cone_rules: u32,
-    set_diffuse: u32,
-    max_anisotropy: u32,
-    gradient: u32,
-    wrap: [u32; 2],
-    cones: u32,
-    by_distance: bool,
+    /// Of which kind the camera's lens is.
     lens: u32,
-    picture: [u32; 2],
+    /// Columns of the picture.
+    columns: u32,
+    /// Rows of the picture.
+    rows: u32,
+}
+
+/// Knobs that kernels see, with their names in WGSL.
+fn shared() -> impl Iterator<Item = (String, &'static Row, fn(&Knobs) -> u32)> {
+    ROWS.iter().filter(|row| row.all_engines).filter_map(|row| match row.place {
+        Place::Policy(get, _) => Some((row.path.replace('.', "_"), row, get)),
+        Place::Table(_) | Place::Scale | Place::Rotation => None,
+    })
+}
+
+/// The struct `Policy` and the constants of the choices, for every kernel.
+#[must_use]
+pub fn wgsl() -> String {
+    let mut out = String::from("struct Policy {\n");
+    for Entry { meaning, name, wgsl, .. } in Policy::default().members() {
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "    /// {meaning}\n    {name}: {wgsl},");
+    }
+    out.push_str("}\n");
+    let mut constants = |prefix: &str, names: &[&str]| {
+        for (number, name) in names.iter().enumerate() {
+            let name = format!("{prefix}_{name}").to_uppercase().replace('-', "_");
+            let _ = writeln!(out, "const {name}: u32 = {number}u;");
+        }
+    };
+    for (name, row, _) in shared() {
+        if let Legal::Names(names) = row.legal {
+            constants(&name, names);
+        }
+    }
+    for (prefix, names) in CONSTANTS {
+        constants(prefix, names);
+    }
+    out
 }
 
 /// The nearest f32, the largest one of its sign beyond the range, 0 for NaN.
@@ -114,44 +233,32 @@ impl Policy {
     /// The choices of the settings, without any map.
     #[must_use]
     pub fn new(settings: &Settings, tables: &Tables) -> Self {
-        let (s, policy) = (settings, &settings.policy);
+        let mut knobs = settings.policy;
+        let probes = &mut knobs.footprint.max_probes;
+        *probes = (*probes).clamp(1, MOST_PROBES);
+        let anisotropy = &mut knobs.surface_footprint.max_anisotropy;
+        *anisotropy = (*anisotropy).max(1);
+        let tau = |bits: u32| to_f32(1.0 / f64::from(1u32 << bits.min(31)));
+        let [rotation_0, rotation_1, rotation_2] = settings.rotation.map(|r| row(r, 0.0));
         Self {
-            rotation: s.rotation.map(|r| row(r, 0.0)),
-            rotated: s.rotation != crate::settings::IDENTITY,
-            roughness_scale: to_f32(s.roughness_scale),
-            dnmod: policy.jacobian.dnmod as u32,
-            minor: policy.eigen.minor as u32,
-            axis: policy.footprint.axis as u32,
-            count: policy.footprint.count as u32,
-            max_probes: policy.footprint.max_probes.clamp(1, MOST_PROBES),
-            size: [1, 1],
+            rotation_0,
+            rotation_1,
+            rotation_2,
+            rotated: settings.rotation != crate::settings::IDENTITY,
+            roughness_scale: to_f32(settings.roughness_scale),
+            size_x: 1,
+            size_y: 1,
             levels: 1,
-            weighted: policy.footprint.weights == Weights::Gaussian,
-            weights: 0,
             angled: !tables.angles.is_empty(),
             angles: small(tables.weights.len()),
             boundaries: small(tables.boundaries),
             angle_order: tables.angle_order,
             tan_step: tables.tan_step,
-            iterations: policy.hit.iterations,
-            method: policy.hit.method as u32,
-            tau: policy
-                .hit
-                .tolerance_bits
-                .map_or(0.0, |bits| to_f32(1.0 / f64::from(1u32 << bits.min(31)))),
-            look_up: policy.hit.lookup as u32,
-            hit_footprint: policy.hit.footprint as u32,
-            outside: policy.hit.outside as u32,
+            tau: knobs.hit.tolerance_bits.map_or(0.0, tau),
             distance_size: 1,
-            cone_env: policy.cone.env as u32,
-            cone_rules: policy.cone.rules as u32,
-            set_diffuse: policy.cone.set_diffuse as u32,
-            max_anisotropy: policy.surface_footprint.max_anisotropy.max(1),
-            gradient: policy.cone.gradient as u32,
-            wrap: policy.address.wrap().map(|wrap| wrap as u32),
-            cones: policy.cone.count,
-            by_distance: policy.cone.metric == ConeMetric::Distance,
-            picture: [1, 1],
+            columns: 1,
+            rows: 1,
+            knobs,
             ..Self::default()
         }
     }
@@ -171,7 +278,7 @@ impl Policy {
     /// With a chain of `levels` whose level 0 has `size` texels.
     #[must_use]
     pub fn with_size(mut self, size: [usize; 2], levels: usize) -> Self {
-        self.size = size.map(small);
+        [self.size_x, self.size_y] = size.map(small);
         self.levels = small(levels).max(1);
         self
     }
@@ -205,78 +312,32 @@ impl Policy {
             Lens::Orthographic => (2, 0.0),
         };
         self.lens = lens;
-        self.camera =
-            [row(camera.u.into(), 0.0), row(camera.v.into(), 0.0), row(camera.w.into(), width)];
-        self.picture = camera.size.map(|n| n.max(1));
+        self.camera_u = row(camera.u.into(), 0.0);
+        self.camera_v = row(camera.v.into(), 0.0);
+        self.camera_w = row(camera.w.into(), width);
+        [self.columns, self.rows] = camera.size.map(|n| n.max(1));
         self
     }
 
-    /// Every member of `Policy` in `policy.wgsl`, in order, with its words.
+    /// Every member, in order: those of this struct, the knobs, and what fills it to a multiple of 16 bytes.
     #[must_use]
-    pub fn members(&self) -> Vec<(&'static str, Vec<u32>)> {
-        let floats = |v: [f32; 4]| v.map(f32::to_bits).to_vec();
-        let one = |n: u32| vec![n];
-        let flag = |b: bool| vec![u32::from(b)];
-        let float = |x: f32| vec![x.to_bits()];
-        vec![
-            ("rotation_0", floats(self.rotation[0])),
-            ("rotation_1", floats(self.rotation[1])),
-            ("rotation_2", floats(self.rotation[2])),
-            ("half_edges", floats(self.half_edges)),
-            ("camera_u", floats(self.camera[0])),
-            ("camera_v", floats(self.camera[1])),
-            ("camera_w", floats(self.camera[2])),
-            ("fragments", one(self.fragments)),
-            ("input_words", one(self.input_words)),
-            ("output_words", one(self.output_words)),
-            ("rotated", flag(self.rotated)),
-            ("bump", flag(self.bump)),
-            ("rough", flag(self.rough)),
-            ("roughness_scale", float(self.roughness_scale)),
-            ("dnmod", one(self.dnmod)),
-            ("minor", one(self.minor)),
-            ("axis", one(self.axis)),
-            ("count", one(self.count)),
-            ("max_probes", one(self.max_probes)),
-            ("size_x", one(self.size[0])),
-            ("size_y", one(self.size[1])),
-            ("levels", one(self.levels)),
-            ("weighted", flag(self.weighted)),
-            ("weights", one(self.weights)),
-            ("angled", flag(self.angled)),
-            ("angles", one(self.angles)),
-            ("boundaries", one(self.boundaries)),
-            ("angle_order", one(self.angle_order)),
-            ("tan_step", float(self.tan_step)),
-            ("iterations", one(self.iterations)),
-            ("hit_method", one(self.method)),
-            ("tau", float(self.tau)),
-            ("look_up", one(self.look_up)),
-            ("hit_footprint", one(self.hit_footprint)),
-            ("outside", one(self.outside)),
-            ("distance_kind", one(self.distance_kind)),
-            ("distance_size", one(self.distance_size)),
-            ("cone_env", one(self.cone_env)),
-            ("cone_rules", one(self.cone_rules)),
-            ("set_diffuse", one(self.set_diffuse)),
-            ("max_anisotropy", one(self.max_anisotropy)),
-            ("gradient", one(self.gradient)),
-            ("wrap_x", one(self.wrap[0])),
-            ("wrap_y", one(self.wrap[1])),
-            ("cones", one(self.cones)),
-            ("by_distance", flag(self.by_distance)),
-            ("lens", one(self.lens)),
-            ("columns", one(self.picture[0])),
-            ("rows", one(self.picture[1])),
-            ("unused_0", one(0)),
-            ("unused_1", one(0)),
-        ]
+    pub fn members(&self) -> Vec<Entry> {
+        let mut out = self.own();
+        let word = |meaning: &str, name, word| {
+            let words = vec![word];
+            Entry { meaning: meaning.into(), name, wgsl: "u32", words }
+        };
+        out.extend(shared().map(|(name, row, get)| word(row.meaning, name, get(&self.knobs))));
+        let words: usize = out.iter().map(|entry| entry.words.len()).sum();
+        let unused = 0..(4 - words % 4) % 4;
+        out.extend(unused.map(|i| word("Fills the struct.", format!("unused_{i}"), 0)));
+        out
     }
 
     /// The bytes of the uniform.
     #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         let members = self.members().into_iter();
-        members.flat_map(|(_, words)| words).flat_map(u32::to_le_bytes).collect()
+        members.flat_map(|entry| entry.words).flat_map(u32::to_le_bytes).collect()
     }
 }

@@ -7,7 +7,7 @@ use super::cube_face::cube_face;
 use super::eigen::eigen;
 use super::filter::{Levels, filter};
 use super::flags::{Flag, Flags};
-use super::footprint::{Chain, Footprint, Rule, footprint};
+use super::footprint::{Chain, Footprint, footprint};
 use super::jacobian::{Derivatives, Surface, jacobian};
 use super::local_frame::local_frame;
 use super::prepared::{Prepared, finite};
@@ -109,12 +109,9 @@ pub(super) fn back_end<T: Tap>(
     let size = texture.map_or(face_size, Texture::size).max(1);
     let chain = Chain { size, levels: texture.map_or(size.ilog2() as usize + 1, Texture::levels) };
     let mut flags = front.flags;
-    let rule = Rule {
-        count: settings.policy.footprint.count,
-        max_probes: settings.policy.footprint.max_probes,
-    };
     let (lambda, axis) = (front.lambda, front.axis);
-    let Footprint { probes, lod, step } = footprint(lambda, axis, chain, rule, &mut flags, tap);
+    let Footprint { probes, lod, step } =
+        footprint(lambda, axis, chain, &settings.policy.footprint, &mut flags, tap);
     let levels = Levels::new(lod, chain.levels);
     let sizes = levels
         .index

@@ -3,7 +3,7 @@
 use super::flags::{Flag, Flags};
 use super::real::Narrow;
 use super::tap::{Tap, put};
-use crate::policy::Count;
+use crate::policy::{Count, FootprintPolicy};
 use crate::stage::Stage;
 
 /// The mip chain that the footprint is measured against.
@@ -13,15 +13,6 @@ pub struct Chain {
     pub size: usize,
     /// Number of levels, at least 1.
     pub levels: usize,
-}
-
-/// The policy of the probe count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rule {
-    /// How the count follows from M/m.
-    pub count: Count,
-    /// The largest count.
-    pub max_probes: u32,
 }
 
 /// The probes of a fragment.
@@ -52,13 +43,12 @@ pub fn footprint<N: Narrow, T: Tap>(
     lambda: [N; 2],
     axis: [N; 2],
     chain: Chain,
-    rule: Rule,
+    policy: &FootprintPolicy,
     flags: &mut Flags,
     tap: &mut T,
 ) -> Footprint<N> {
     let number = N::from_f64;
-    let Rule { count, max_probes } = rule;
-    let max = max_probes.max(1);
+    let (count, max) = (policy.count, policy.max_probes.max(1));
     let texels_per_unit = number(chain.size as f64) / number(2.0);
     let [length, minor] = lambda.map(|x| x * texels_per_unit);
     if length.is_beyond_range() || minor.is_beyond_range() {

@@ -6,7 +6,7 @@ use super::eigen::eigen;
 use super::env::clean;
 use super::filter::{Levels, Sampler as _, filter};
 use super::flags::{Flag, Flags};
-use super::footprint::{Chain, Footprint, Rule, footprint};
+use super::footprint::{Chain, Footprint, footprint};
 use super::planar::{PlanarTexture, wrapped};
 use super::prepared::{Prepared, finite};
 use super::real::{Real as _, saturate};
@@ -81,14 +81,10 @@ pub fn tex<T: Tap>(
     let lambda = axes.lambda.map(|x| x.to_f64());
     // λ counts in texels: 2 texels are 2.
     let chain = Chain { size: 2, levels: size[0].max(size[1]).ilog2() as usize + 1 };
-    let rule = Rule {
-        count: settings.policy.footprint.count,
-        max_probes: settings.policy.footprint.max_probes,
-    };
     let axis = axes.axis;
     let mut scaled = InPeriods { tap, scale: size.map(|n| 2.0 / n as f64) };
     let Footprint { probes, lod, step } =
-        footprint(lambda, axis, chain, rule, &mut flags, &mut scaled);
+        footprint(lambda, axis, chain, &settings.policy.footprint, &mut flags, &mut scaled);
     let step = [0, 1].map(|i| saturate(step[i] * scaled.scale[i]));
     let centre = fragment.st.map(|x| saturate(2.0 * x - 1.0));
     let levels = Levels::new(lod, chain.levels);

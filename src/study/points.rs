@@ -6,7 +6,7 @@ use super::axis::Axis;
 use super::plan::{Mode, Plan};
 use crate::base::random::Random;
 use crate::stage::Stage;
-use crate::unit::knobs::Value;
+use crate::unit::knobs::{Path, Value};
 
 /// One unit of a study: what it changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,24 +84,6 @@ pub fn order(plan: &Plan, points: &[Point]) -> Vec<usize> {
 
 /// The place in the pipeline of the first stage that a path reaches: 0 for what changes the scene itself.
 fn reach(path: &str) -> usize {
-    let stage =
-        |name: &str| Stage::ALL.iter().position(|s| s.name() == name).map_or(0, |i| 2 * i + 1);
-    let parts: Vec<&str> = path.split('.').collect();
-    match parts.as_slice() {
-        ["roughness", "interpolate" | "curvature"] => 0,
-        // What texels are in memory changes no register before the filter, but encoding them costs most.
-        ["texel", ..] | ["address", "wrap_s" | "wrap_t"] => 0,
-        ["registers", "hit", "distance", ..] => 0,
-        ["registers", name, ..] => stage(name),
-        ["tables", "recip" | "rsqrt" | "sqrt", ..] => stage("local_frame"),
-        ["tables", "log2", ..] => stage("footprint"),
-        ["tables", "eigen", ..] => stage("eigen"),
-        ["transform", ..] => stage("cube_face"),
-        ["cone", ..] => stage("ray_cone"),
-        // The float reference is computed anew for every policy of the footprint.
-        ["footprint", ..] => stage("covariance"),
-        ["eigen", "minor"] => stage("covariance"),
-        [name, ..] => stage(name),
-        [] => 0,
-    }
+    let stage = Path::find(path).map_or("scene", Path::reach);
+    Stage::ALL.iter().position(|s| s.name() == stage).map_or(0, |i| i + 1)
 }

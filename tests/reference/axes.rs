@@ -2,10 +2,10 @@
 #![expect(clippy::float_cmp, reason = "what is exact by construction is compared exactly")]
 
 use support::reference::{Draw, Random, plain};
-use tapline::policy::{Axis, Count, Minor, Placement};
+use tapline::policy::{Axis, Count, FootprintPolicy, Minor, Placement};
 use tapline::reference::angle::Angles;
 use tapline::reference::eigen::{Axes, eigen};
-use tapline::reference::footprint::{Chain, Footprint, Rule, footprint};
+use tapline::reference::footprint::{Chain, Footprint, footprint};
 use tapline::reference::{Flags, NoTap, Prepared, env};
 use tapline::settings::{AngleTable, Settings};
 
@@ -15,8 +15,8 @@ fn axes(k: [f64; 3], minor: Minor) -> Axes<f64> {
 
 fn probes(lambda: [f64; 2], count: Count, max_probes: u32) -> Footprint<f64> {
     let chain = Chain { size: 256, levels: 9 };
-    let rule = Rule { count, max_probes };
-    footprint(lambda, [1.0, 0.0], chain, rule, &mut Flags::default(), &mut NoTap)
+    let policy = FootprintPolicy { count, max_probes, ..FootprintPolicy::default() };
+    footprint(lambda, [1.0, 0.0], chain, &policy, &mut Flags::default(), &mut NoTap)
 }
 
 #[test]

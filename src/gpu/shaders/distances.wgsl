@@ -40,7 +40,7 @@ fn distance_place(q: vec3f, look_up: u32) -> DistancePlace {
         texel_coordinate(at.v, policy.distance_size),
     );
     var low = -1.0;
-    if look_up == LOOK_UP_NEAREST {
+    if look_up == HIT_LOOKUP_NEAREST {
         s = s + 0.5;
         low = 0.0;
     }
@@ -79,8 +79,8 @@ fn read_distance(direction_in: vec3f) -> f32 {
         let z = wall_distance(policy.half_edges.z, q.z);
         return min(min(x, y), z);
     }
-    let at = distance_place(q, policy.look_up);
-    if policy.look_up == LOOK_UP_NEAREST {
+    let at = distance_place(q, policy.hit_lookup);
+    if policy.hit_lookup == HIT_LOOKUP_NEAREST {
         return distance_tap(at.face, at.corner.x, at.corner.y);
     }
     let s = at.weight.x;
@@ -123,7 +123,7 @@ fn distance_normal(direction_in: vec3f) -> vec3f {
     if policy.distance_kind == DISTANCE_SPHERE || policy.distance_size < 2u {
         return q;
     }
-    let at = distance_place(q, LOOK_UP_BILINEAR);
+    let at = distance_place(q, HIT_LOOKUP_BILINEAR);
     let corner = clamp(at.corner, vec2i(0), vec2i(i32(policy.distance_size) - 2));
     let a = distance_point(at.face, corner.x, corner.y);
     let b = distance_point(at.face, corner.x + 1, corner.y);

@@ -13,9 +13,9 @@ struct Axes {
 /// λ² = ½(a + c ± √((c − a)² + 4b²)) (Schilling, eq. 16 and 17) and the direction of the major axis.
 ///
 /// K is shifted by a power of two before it is squared, as the unit's shared exponent does, and the results are
-/// shifted back: exact, and no square leaves the range. `MINOR_DET` takes λ2² = det K/λ1² instead of eq. 17. K
-/// isotropic gives (1, 0). `AXIS_LONGER` takes the longest of the columns of [D, s·B'] (the first of equal ones) for
-/// λ1 and its direction, and the sum of the squares of the others for λ2².
+/// shifted back: exact, and no square leaves the range. `EIGEN_MINOR_DET` takes λ2² = det K/λ1² instead of eq. 17. K
+/// isotropic gives (1, 0). `FOOTPRINT_AXIS_LONGER_DERIVATIVE` takes the longest of the columns of [D, s·B'] (the first
+/// of equal ones) for λ1 and its direction, and the sum of the squares of the others for λ2².
 fn eigen(k: vec3f, d: vec4f, rough: vec4f) -> Axes {
     let scale = power_to_one(max(max(abs(k.x), abs(k.y)), abs(k.z)));
     let a = k.x * scale;
@@ -27,12 +27,12 @@ fn eigen(k: vec3f, d: vec4f, rough: vec4f) -> Axes {
     var out: Axes;
     let back = power_to_one(scale);
     out.root = root * back;
-    if policy.axis == AXIS_LONGER {
+    if policy.footprint_axis == FOOTPRINT_AXIS_LONGER_DERIVATIVE {
         return longer_derivative(d, rough, out);
     }
     let major = 0.5 * (a + c + root);
     var minor = 0.0;
-    if policy.minor == MINOR_PAPER {
+    if policy.eigen_minor == EIGEN_MINOR_PAPER {
         minor = 0.5 * (a + c - root);
     } else if major != 0.0 {
         minor = (a * c - b * b) / major;

@@ -18,10 +18,10 @@ fn levels_of(lod: f32, levels: u32) -> Levels {
 
 /// The weight of a probe: 1, or a gaussian's from the table of every count.
 fn probe_weight(index: u32, probes: u32) -> f32 {
-    if policy.weighted == 0u {
+    if policy.footprint_weights == FOOTPRINT_WEIGHTS_BOX {
         return 1.0;
     }
-    return tables[policy.weights + probes * (probes - 1u) / 2u + index];
+    return tables[probes * (probes - 1u) / 2u + index];
 }
 
 /// Sums the bilinear values of both levels over the probes, each with its weight, divides by the weights' sum and

@@ -37,32 +37,32 @@ fn whole(x: f32, most: u32) -> u32 {
 /// by (max + 1)/2. `feline` spaces its probes over 2(M − m) texels, ends included; the others over λ1, at the middles
 /// of equal parts.
 fn footprint(lambda: vec2f, axis: vec2f, chain: Chain, flags: ptr<function, u32>) -> Footprint {
-    let most = policy.max_probes;
+    let most = policy.footprint_max_probes;
     let texels_per_unit = f32(chain.size) / 2.0;
     let length = saturate_f32(lambda.x * texels_per_unit, FLAG_LENGTH_SATURATED, flags);
     let minor = saturate_f32(lambda.y * texels_per_unit, FLAG_LENGTH_SATURATED, flags);
     var divisor = f32(most);
-    if policy.count == COUNT_POW2 {
+    if policy.footprint_count == FOOTPRINT_COUNT_POW2 {
         divisor = f32(power_of_two_below(most));
-    } else if policy.count == COUNT_FELINE {
+    } else if policy.footprint_count == FOOTPRINT_COUNT_FELINE {
         divisor = (f32(most) + 1.0) / 2.0;
     }
     let width = max(max(minor, 1.0), length / divisor);
     let ratio = length / width;
     let ceiling = whole(ceil(ratio - 1.0 / 256.0), most);
     var probes = ceiling;
-    if policy.count == COUNT_ROUND {
+    if policy.footprint_count == FOOTPRINT_COUNT_ROUND {
         probes = whole(floor(ratio + 0.5), most);
-    } else if policy.count == COUNT_POW2 {
+    } else if policy.footprint_count == FOOTPRINT_COUNT_POW2 {
         let fits = min(ceiling, power_of_two_below(most));
         let below = power_of_two_below(fits);
         probes = select(2u * below, below, below == fits);
-    } else if policy.count == COUNT_FELINE {
+    } else if policy.footprint_count == FOOTPRINT_COUNT_FELINE {
         probes = whole(floor(2.0 * ratio - 0.5), most);
     }
     let lod = clamp(log2(width), 0.0, f32(chain.levels - 1u));
     var half_spacing = lambda.x / (2.0 * f32(probes));
-    if policy.count == COUNT_FELINE {
+    if policy.footprint_count == FOOTPRINT_COUNT_FELINE {
         half_spacing = 0.0;
         if probes > 1u {
             half_spacing = max(length - width, 0.0) / f32(probes - 1u) / texels_per_unit;

@@ -1,12 +1,5 @@
 // Stage `hit`: where a ray meets the surface of a distance map, and the footprint there.
 
-const STATUS_CONVERGED: u32 = 0u;
-const STATUS_MAX_ITERATIONS: u32 = 1u;
-const STATUS_STALLED: u32 = 2u;
-const STATUS_ESCAPED: u32 = 3u;
-const STATUS_AT_SURFACE: u32 = 4u;
-const STATUS_OUTSIDE: u32 = 5u;
-
 /// A ray on its way: what the loop keeps, and the registers of its last turn.
 struct Search {
     x: vec3f,
@@ -69,7 +62,7 @@ fn hit_begin(x: vec3f, direction: vec3f, flags: ptr<function, u32>) -> Search {
     }
     let p_un = ray.ratio;
     let begins = side_of(p_un);
-    if begins == 0 || (begins > 0 && policy.outside == OUTSIDE_STOP) {
+    if begins == 0 || (begins > 0 && policy.hit_outside == HIT_OUTSIDE_STOP) {
         ray.status = select(STATUS_OUTSIDE, STATUS_AT_SURFACE, begins == 0);
         ray.done = true;
         return ray;
@@ -127,7 +120,7 @@ fn next_step(before: Search, f: f32, side: i32, stalled: ptr<function, bool>) ->
     let again = ray.side == side;
     ray.side = side;
     let previous = ray.under;
-    let halves = policy.hit_method == METHOD_ILLINOIS && again;
+    let halves = policy.hit_method == HIT_METHOD_ILLINOIS && again;
     var other: vec2f;
     if side > 0 {
         ray.over = vec2f(ray.d, f);
@@ -154,7 +147,7 @@ fn next_step(before: Search, f: f32, side: i32, stalled: ptr<function, bool>) ->
         ray.step = between(ray.d, f, other, stalled);
         return ray;
     }
-    if policy.hit_method == METHOD_SECANT && f > previous.y {
+    if policy.hit_method == HIT_METHOD_SECANT && f > previous.y {
         ray.step = min(between(ray.d, f, previous, stalled), 4.0 * ray.far);
         return ray;
     }
@@ -185,7 +178,7 @@ fn next_up(x: f32) -> f32 {
 /// The search of Szirmay-Kalos et al. 2005 (eq. 1–3 corrected).
 fn hit(x: vec3f, direction: vec3f, flags: ptr<function, u32>) -> Search {
     var ray = hit_begin(x, direction, flags);
-    for (var k = 0u; k < policy.iterations; k++) {
+    for (var k = 0u; k < policy.hit_iterations; k++) {
         if ray.done {
             break;
         }
@@ -199,7 +192,7 @@ fn hit_tangents(ray: Search, flags: ptr<function, u32>) -> array<vec3f, 2> {
     let r = ray.r;
     let t1 = unit(beside(r));
     var t = array<vec3f, 2>(t1, cross3(r, t1));
-    if policy.hit_footprint != FOOTPRINT_PLANE || ray.status == STATUS_ESCAPED {
+    if policy.hit_footprint != HIT_FOOTPRINT_PLANE || ray.status == STATUS_ESCAPED {
         return t;
     }
     let found = distance_normal(transform(unit(ray.l)));
@@ -209,7 +202,7 @@ fn hit_tangents(ray: Search, flags: ptr<function, u32>) -> array<vec3f, 2> {
     }
     let n = unit(transform_back(found));
     let along = dot3(n, r);
-    let least = 1.0 / f32(policy.max_probes);
+    let least = 1.0 / f32(policy.footprint_max_probes);
     let cosine = select(max(along, least), min(along, -least), along < 0.0);
     for (var i = 0; i < 2; i++) {
         let slope = dot3(n, t[i]) / cosine;

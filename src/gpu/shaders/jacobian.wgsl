@@ -41,7 +41,7 @@ struct Jacobian {
 }
 
 /// D = G·A·(J_v·∂v + J_n·∂n_mod), J_v = 2nnᵀ − ⟨n,n⟩I, J_n = 2⟨n,v⟩I + 2nvᵀ − 2vnᵀ, n the modified normal
-/// (Schilling, eq. 5, 6, 8, 9, with the signs of the faces and ∂n_mod by `policy.dnmod`).
+/// (Schilling, eq. 5, 6, 8, 9, with the signs of the faces and ∂n_mod by `policy.jacobian_dnmod`).
 fn jacobian(surface: Surface, derivatives: Derivatives) -> Jacobian {
     var out = normal_derivatives(surface, derivatives);
     let n = surface.n_mod;
@@ -80,7 +80,7 @@ fn normal_derivatives(surface: Surface, derivatives: Derivatives) -> Jacobian {
     if policy.bump == 0u {
         return out;
     }
-    if policy.dnmod != DNMOD_PAPER {
+    if policy.jacobian_dnmod != JACOBIAN_DNMOD_PAPER {
         let n = surface.n;
         let n_dot_n = dot3(n, n);
         for (var i = 0; i < 2; i++) {
@@ -92,7 +92,7 @@ fn normal_derivatives(surface: Surface, derivatives: Derivatives) -> Jacobian {
             out.dn_mod[i] = derivatives.dn[i] - along * n;
         }
     }
-    if policy.dnmod == DNMOD_FRAME {
+    if policy.jacobian_dnmod == JACOBIAN_DNMOD_FRAME {
         for (var i = 0; i < 2; i++) {
             let dn = out.dn_mod[i];
             let de = frame_derivatives(surface.n, surface.frame, dn);

@@ -10,10 +10,10 @@ fn wrapped(u: f32, wrap: u32) -> f32 {
     if abs(u) <= 1.0 {
         return u;
     }
-    if wrap == WRAP_REPEAT {
+    if wrap == ADDRESS_WRAP_S_REPEAT {
         return nearest_remainder(u, 2.0);
     }
-    if wrap == WRAP_CLAMP {
+    if wrap == ADDRESS_WRAP_S_CLAMP {
         return clamp(u, -1.0, 1.0);
     }
     let turn = nearest_remainder(u, 4.0);
@@ -30,8 +30,8 @@ fn wrapped(u: f32, wrap: u32) -> f32 {
 fn planar_address(centre: vec2f, step: vec2f, index: u32, probes: u32) -> vec2f {
     let offset = 2.0 * f32(index) + 1.0 - f32(probes);
     return vec2f(
-        wrapped(centre.x + offset * step.x, policy.wrap_x),
-        wrapped(centre.y + offset * step.y, policy.wrap_y),
+        wrapped(centre.x + offset * step.x, policy.address_wrap_s),
+        wrapped(centre.y + offset * step.y, policy.address_wrap_t),
     );
 }
 
@@ -47,10 +47,10 @@ fn modulo(x: i32, n: i32) -> i32 {
 
 /// The column or row that stands at `x`, which may lie outside.
 fn wrapped_texel(x: i32, size: i32, wrap: u32) -> i32 {
-    if wrap == WRAP_REPEAT {
+    if wrap == ADDRESS_WRAP_S_REPEAT {
         return modulo(x, size);
     }
-    if wrap == WRAP_MIRROR {
+    if wrap == ADDRESS_WRAP_S_MIRROR {
         let turn = modulo(x, 2 * size);
         return min(turn, 2 * size - 1 - turn);
     }
@@ -59,7 +59,7 @@ fn wrapped_texel(x: i32, size: i32, wrap: u32) -> i32 {
 
 fn planar_tap(level: u32, x: i32, y: i32) -> vec3f {
     let size = vec2i(planar_size(level));
-    let at = vec2i(wrapped_texel(x, size.x, policy.wrap_x), wrapped_texel(y, size.y, policy.wrap_y));
+    let at = vec2i(wrapped_texel(x, size.x, policy.address_wrap_s), wrapped_texel(y, size.y, policy.address_wrap_t));
     return textureLoad(texels, at, 0u, level).rgb;
 }
 

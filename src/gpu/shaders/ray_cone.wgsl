@@ -30,7 +30,7 @@ fn total_quotient(above: f32, below: f32) -> f32 {
 fn ray_cone(cone: Cone, step: ConeStep) -> Cone {
     let angle = cone.x;
     let width = cone.y;
-    let otk = policy.cone_rules == RULES_OTK;
+    let otk = policy.cone_rules == CONE_RULES_OTK;
     if otk && step.kind != STEP_PROPAGATE && angle >= S_MAX {
         return cone;
     }
@@ -67,7 +67,7 @@ fn ray_cone(cone: Cone, step: ConeStep) -> Cone {
             let away = otk && angle < 0.0;
             let turned = angle + select(spread, -spread, away);
             if otk && abs(turned) >= S_MAX {
-                if policy.set_diffuse == DIFFUSE_ANGLE {
+                if policy.cone_set_diffuse == CONE_SET_DIFFUSE_ANGLE {
                     return Cone(S_MAX, abs(width));
                 }
                 return Cone(abs(width), S_MAX);
@@ -112,7 +112,7 @@ fn orthographic() -> Cone {
 /// The two cones of a ray from the camera: a thin lens's and a pinhole's, or a pinhole's or an orthographic camera's and
 /// that of a lens of one pixel's width.
 fn camera_cones(direction: vec3f) -> array<Cone, 2> {
-    if policy.by_distance != 0u {
+    if policy.cone_metric == CONE_METRIC_DISTANCE {
         return array<Cone, 2>(pinhole(direction), pinhole(direction));
     }
     switch policy.lens {
@@ -135,13 +135,13 @@ fn walk(direction: vec3f, first: u32, count: u32, by_angle: bool) -> Cone {
         let step = ConeStep(u32(steps[at]), operand);
         let bounce = step.kind != STEP_PROPAGATE;
         bounced = bounced || bounce;
-        if bounce && policy.by_distance != 0u {
+        if bounce && policy.cone_metric == CONE_METRIC_DISTANCE {
             continue;
         }
         cones[0] = ray_cone(cones[0], step);
         cones[1] = ray_cone(cones[1], step);
     }
-    let single = policy.by_distance != 0u || policy.cones < 2u;
+    let single = policy.cone_metric == CONE_METRIC_DISTANCE || policy.cone_count < 2u;
     let alone = single || (policy.lens != LENS_THIN && !bounced);
     return choose(cones, by_angle, alone);
 }

@@ -38,7 +38,7 @@ struct SurfaceFootprint {
 /// keeps its sign, and that pair is taken from |⟨D,N⟩| = 0.999 on.
 fn surface_footprint(fragment: TexFragment, signed_width: f32, flags: ptr<function, u32>) -> SurfaceFootprint {
     var out: SurfaceFootprint;
-    let otk = policy.cone_rules == RULES_OTK;
+    let otk = policy.cone_rules == CONE_RULES_OTK;
     let d = unit_or_zero(fragment.d);
     var n = unit_or_zero(fragment.n);
     let cosine = dot3(d, n);
@@ -54,7 +54,7 @@ fn surface_footprint(fragment: TexFragment, signed_width: f32, flags: ptr<functi
     let across = unit_or_zero(select(crossed, beside(n), flat_on));
     let along = cross3(n, across);
     let width = select(abs(signed_width), signed_width, otk);
-    let least = 1.0 / f32(policy.max_anisotropy);
+    let least = 1.0 / f32(policy.surface_footprint_max_anisotropy);
     let seen = select(max(abs(cosine), least), 1.0, flat_on);
     out.d_unit = d;
     out.n_unit = n;
@@ -97,7 +97,7 @@ fn gradients(tangents: array<vec3f, 2>, flags: ptr<function, u32>) -> array<vec3
     let t = tangents[1];
     let g = cross3(s, t);
     let square = dot3(g, g);
-    let gram = policy.gradient == GRADIENT_GRAM;
+    let gram = policy.cone_gradient == CONE_GRADIENT_GRAM;
     if gram && square == 0.0 {
         *flags |= FLAG_SURF_DEGENERATE;
     }

@@ -199,9 +199,8 @@ impl Search<'_> {
             for word in words.iter().filter(|w| w.is_fraction()) {
                 let value = word.get(&out);
                 let mut tried = out.clone();
-                if word.set(&mut tried, value.saturating_sub(bits).max(word.least()))
-                    && check(&tried).is_ok()
-                {
+                word.set(&mut tried, value.saturating_sub(bits));
+                if check(&tried).is_ok() {
                     out = tried;
                 }
             }
@@ -225,9 +224,7 @@ impl Search<'_> {
             return (None, Shorter::Least);
         };
         let mut tried = spec.clone();
-        if !word.set(&mut tried, next) {
-            return (None, Shorter::Refused("not a value of this knob".into()));
-        }
+        word.set(&mut tried, next);
         match self.pair(&tried) {
             Err(error) => (None, Shorter::Refused(error.to_string())),
             Ok(pair) if self.options.goal.holds(&pair) => {
@@ -248,9 +245,11 @@ impl Search<'_> {
                 .enumerate()
                 .map(|(index, word)| {
                     let mut less = spec.clone();
-                    let there =
-                        word.below(word.get(spec)).is_some_and(|next| word.set(&mut less, next));
-                    (index, if there { now - self.gates(&less) } else { 0.0 })
+                    let gain = word.below(word.get(spec)).map(|next| {
+                        word.set(&mut less, next);
+                        now - self.gates(&less)
+                    });
+                    (index, gain.unwrap_or(0.0))
                 })
                 .collect();
             order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));

@@ -15,7 +15,7 @@ use crate::planar::PlanarMap;
 use crate::policy::{Axis, Weights};
 use crate::reference::covariance::covariance;
 use crate::reference::eigen::eigen;
-use crate::reference::footprint::{Chain, Footprint, Rule, footprint};
+use crate::reference::footprint::{Chain, Footprint, footprint};
 use crate::reference::planar::PlanarTexture;
 use crate::reference::real::Real as _;
 use crate::reference::{Texture, probe_weights};
@@ -129,12 +129,8 @@ impl<'a> BackEnd<'a> {
             Memory::Planar(_) => 2,
         };
         let chain = Chain { size, levels: self.levels };
-        let rule = Rule {
-            count: settings.policy.footprint.count,
-            max_probes: settings.policy.footprint.max_probes,
-        };
         let line = cases.stage(Stage::Footprint, (lambda, axis, size), |tap, flags| {
-            let line = footprint(lambda, axis, chain, rule, flags, tap);
+            let line = footprint(lambda, axis, chain, &settings.policy.footprint, flags, tap);
             let step = match self.memory {
                 Memory::Cube(_) => line.step,
                 Memory::Planar(_) => [0, 1].map(|i| {

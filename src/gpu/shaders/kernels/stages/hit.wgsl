@@ -21,7 +21,7 @@ fn stage() {
     put3(ray.r);
     put(ray.far);
     put_turn(ray);
-    for (var k = 0u; k < policy.iterations; k++) {
+    for (var k = 0u; k < policy.hit_iterations; k++) {
         if !ray.done {
             ray.step = 0.0;
             ray = hit_step(ray, &flags);
