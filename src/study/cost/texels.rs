@@ -214,11 +214,10 @@ impl Walk {
 pub(in crate::study) fn key(probes: u64, config: &Config) -> u64 {
     use rtl_model::regs::Reg;
     let mut hasher = StepHasher::default();
-    (probes, texel_bytes(config), config.policy.filter.lod_bits, config.policy.filter.weight_bits)
-        .hash(&mut hasher);
+    (probes, texel_bytes(config), config.policy.filter).hash(&mut hasher);
     [Reg::AddrU, Reg::AddrV, Reg::AddrS].map(|reg| config.format(reg)).hash(&mut hasher);
     // Probes beyond an edge come back through the reciprocal.
-    (config.tables.recip, config.policy.address.wrap()).hash(&mut hasher);
+    (config.tables.recip, config.policy.address).hash(&mut hasher);
     hasher.finish()
 }
 
