@@ -55,19 +55,7 @@ pub fn to_json(found: &Fingerprint) -> Value {
             "quad_map": map(Source::Quad, &found.quad_map),
         },
         "cube": cube(found),
-        "checks": found.checks.iter().map(|g| json!({
-            "texture": shape_name(g.shape),
-            "by": source_name(g.source),
-            "clamp": g.clamp,
-            "look_ups": g.look_ups,
-            "within_2^-16": g.exact,
-            "within_one_step": g.within,
-            "step": g.step,
-            "worst": g.fit.worst,
-            "mean": g.fit.mean,
-            "quads_on_several_faces": g.straddling[0],
-            "of_those_within_one_step": g.straddling[1],
-        })).collect::<Vec<_>>(),
+        "checks": super::text::checked(found).json(),
     })
 }
 

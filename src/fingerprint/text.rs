@@ -2,11 +2,12 @@
 
 use std::io::{self, Write};
 
+use super::check::Group;
 use super::levels::SIZE;
 use super::steps::{SWEEP, Staircase, Steps};
-use super::text_taps::{self, indent};
+use super::text_taps::{self, indent, power};
 use super::{Fingerprint, honours, shape_name, source_name};
-use crate::report::table::{Align, Table};
+use crate::report::table::{Table, places, text, value, whole};
 use crate::sampler::Format;
 
 /// Writes the report.
@@ -236,39 +237,33 @@ fn checks(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         out,
         "   (footprints of 1 to 16 texels, ratios 1 to 16, cubes over edges and corners too)"
     )?;
-    let mut table = Table::new(&[
-        ("texture", Align::Left),
-        ("by", Align::Left),
-        ("clamp", Align::Right),
-        ("look-ups", Align::Right),
-        ("within 2^-16", Align::Right),
-        ("within 1 step", Align::Right),
-        ("step", Align::Right),
-        ("worst", Align::Right),
-        ("mean", Align::Right),
-    ]);
-    let (mut right, mut all, mut straddling) = (0, 0, [0; 2]);
-    for g in &found.checks {
-        right += g.within;
-        all += g.look_ups;
-        straddling = [0, 1].map(|i| straddling[i] + g.straddling[i]);
-        table.row([
-            shape_name(g.shape).to_string(),
-            source_name(g.source).to_string(),
-            g.clamp.to_string(),
-            g.look_ups.to_string(),
-            g.exact.to_string(),
-            g.within.to_string(),
-            format!("{:.5}", g.step),
-            format!("{:.1e}", g.fit.worst),
-            format!("{:.1e}", g.fit.mean),
-        ]);
-    }
-    indent(out, &table)?;
-    let [quads, predicted] = straddling;
+    let sum = |count: fn(&Group) -> usize| found.checks.iter().map(count).sum::<usize>();
+    indent(out, &checked(found))?;
+    let (right, all) = (sum(|g| g.within), sum(|g| g.look_ups));
+    let (quads, predicted) = (sum(|g| g.straddling[0]), sum(|g| g.straddling[1]));
     writeln!(out, "   model predicts {right} of {all} random samples within one step")?;
     writeln!(
         out,
         "   apart: quads of textureSample that lie on several faces of a cube: {predicted} of {quads} predicted"
+    )
+}
+
+/// How many look-ups the model predicts, texture by texture.
+pub(super) fn checked(found: &Fingerprint) -> Table {
+    Table::of(
+        &found.checks,
+        &[
+            ("texture", "texture", &|g| text(shape_name(g.shape))),
+            ("by", "by", &|g| text(source_name(g.source))),
+            ("clamp", "clamp", &|g| whole(g.clamp)),
+            ("look-ups", "look_ups", &|g| whole(g.look_ups)),
+            ("within 2^-16", "within_2^-16", &|g| whole(g.exact)),
+            ("within 1 step", "within_one_step", &|g| whole(g.within)),
+            ("step", "step", &|g| places(g.step, 5)),
+            ("worst", "worst", &|g| power(g.fit.worst)),
+            ("mean", "mean", &|g| power(g.fit.mean)),
+            ("", "quads_on_several_faces", &|g| value(g.straddling[0])),
+            ("", "of_those_within_one_step", &|g| value(g.straddling[1])),
+        ],
     )
 }

@@ -3,21 +3,13 @@
 use std::io::{self, Write};
 
 use super::taps::Taps;
-use super::{Filter, Fingerprint, shape_name, source_name};
-use crate::report::table::{Align, Table};
+use super::{Fingerprint, shape_name, source_name};
+use crate::report::table::{Cell, Table, missing, places, text, whole};
 use crate::sampler::{Shape, Source};
 
-fn filter_row(table: &mut Table, f: &Filter) {
-    let rule = f.rule;
-    table.row([
-        shape_name(rule.shape).to_string(),
-        source_name(rule.source).to_string(),
-        rule.clamp.to_string(),
-        rule.lod.name(),
-        format!("{:.1e}", f.lod.worst),
-        format!("{:.1e}", f.lines[0].mean),
-        format!("{:.1e}", f.lines[1].mean),
-    ]);
+/// A number with one decimal and a power of ten.
+pub(super) fn power(x: f64) -> Cell {
+    whole(format!("{x:.1e}")).with(x)
 }
 
 pub(super) fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
@@ -34,18 +26,18 @@ pub(super) fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()
         "   against 54 rules; the shape by 384 random look-ups into noise 0..1 against {} shapes",
         super::model::Line::all(Shape::Cube).len()
     )?;
-    let mut table = Table::new(&[
-        ("texture", Align::Left),
-        ("by", Align::Left),
-        ("clamp", Align::Right),
-        ("level of detail", Align::Left),
-        ("worst (levels)", Align::Right),
-        ("shape, mean error", Align::Right),
-        ("next shape", Align::Right),
-    ]);
-    for f in &found.filters {
-        filter_row(&mut table, f);
-    }
+    let table = Table::of(
+        &found.filters,
+        &[
+            ("texture", "", &|f| text(shape_name(f.rule.shape))),
+            ("by", "", &|f| text(source_name(f.rule.source))),
+            ("clamp", "", &|f| whole(f.rule.clamp)),
+            ("level of detail", "", &|f| text(f.rule.lod.name())),
+            ("worst (levels)", "", &|f| power(f.lod.worst)),
+            ("shape, mean error", "", &|f| power(f.lines[0].mean)),
+            ("next shape", "", &|f| power(f.lines[1].mean)),
+        ],
+    );
     indent(out, &table)?;
     writeln!(out, "   shapes:")?;
     let mut shapes: Vec<String> = Vec::new();
@@ -84,47 +76,42 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         out,
         "   derivative is one texel. Teeth that point down: the filter is no sum of bilinear taps that move with the coordinate"
     )?;
-    let mut table = Table::new(&[
-        ("texture", Align::Left),
-        ("clamp", Align::Right),
-        ("ratio", Align::Right),
-        ("angle (deg)", Align::Right),
-        ("lambda", Align::Right),
-        ("taps", Align::Right),
-        ("spacing (texels)", Align::Right),
-        ("span/longer", Align::Right),
-        ("direction (deg)", Align::Right),
-        ("weights", Align::Right),
-    ]);
-    let mut strange = 0;
-    for t in &found.taps {
-        let f = t.footprint;
-        if !t.explains() {
-            strange += 1;
-            continue;
-        }
-        let [low, high] = extent(t);
-        let spacing = t.spacing();
+    let (bilinear, strange): (Vec<&Taps>, Vec<_>) = found.taps.iter().partition(|t| t.explains());
+    let strange = strange.len();
+    // The taps' ends, and the way from the first to the last where there are several.
+    let apart = |t: &Taps| {
         let ends = t.taps.first().zip(t.taps.last());
-        let apart = ends.map_or([0.0; 2], |(a, b)| [0, 1].map(|i| b.offset[i] - a.offset[i]));
-        let angle = libm::atan2(apart[1], apart[0]).to_degrees().rem_euclid(180.0);
-        let dash = || "-".to_string();
-        table.row([
-            shape_name(f.shape).to_string(),
-            f.clamp.to_string(),
-            f.ratio.to_string(),
-            f.degrees.to_string(),
-            format!("{:.3}", t.lod),
-            t.taps.len().to_string(),
-            spacing.map_or_else(dash, |[mean, off]| format!("{mean:.4} +-{off:.4}")),
-            spacing.map_or_else(dash, |_| {
-                let texels = libm::hypot(apart[0], apart[1]) * libm::exp2(t.lod.round());
-                format!("{:.4}", texels / f.ratio)
+        ends.map_or([0.0; 2], |(a, b)| [0, 1].map(|i| b.offset[i] - a.offset[i]))
+    };
+    let spaced = |t: &Taps, shown: &dyn Fn([f64; 2]) -> String| {
+        t.spacing().map_or(missing("-"), |spacing| whole(shown(spacing)))
+    };
+    let table = Table::of(
+        bilinear,
+        &[
+            ("texture", "", &|t| text(shape_name(t.footprint.shape))),
+            ("clamp", "", &|t| whole(t.footprint.clamp)),
+            ("ratio", "", &|t| whole(t.footprint.ratio)),
+            ("angle (deg)", "", &|t| whole(t.footprint.degrees)),
+            ("lambda", "", &|t| places(t.lod, 3)),
+            ("taps", "", &|t| whole(t.taps.len())),
+            ("spacing (texels)", "", &|t| spaced(t, &|[mean, off]| format!("{mean:.4} +-{off:.4}"))),
+            ("span/longer", "", &|t| {
+                let [x, y] = apart(t);
+                let texels = libm::hypot(x, y) * libm::exp2(t.lod.round());
+                spaced(t, &|_| format!("{:.4}", texels / t.footprint.ratio))
             }),
-            spacing.map_or_else(dash, |_| format!("{angle:.2}")),
-            format!("{low:.4}..{high:.4}"),
-        ]);
-    }
+            ("direction (deg)", "", &|t| {
+                let [x, y] = apart(t);
+                let angle = libm::atan2(y, x).to_degrees().rem_euclid(180.0);
+                spaced(t, &|_| format!("{angle:.2}"))
+            }),
+            ("weights", "", &|t| {
+                let [low, high] = extent(t);
+                whole(format!("{low:.4}..{high:.4}"))
+            }),
+        ],
+    );
     if !table.is_empty() {
         indent(out, &table)?;
     }
@@ -140,37 +127,32 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         "   texels (impulse at each texel of every level of a {0} x {0} texture in turn): lengths of boxes with the same variance",
         super::MAP
     )?;
-    let mut table = Table::new(&[
-        ("by", Align::Left),
-        ("ratio", Align::Right),
-        ("angle (deg)", Align::Right),
-        ("main level", Align::Right),
-        ("texels", Align::Right),
-        ("along (texels)", Align::Right),
-        ("across (texels)", Align::Right),
-        ("centroid off by", Align::Right),
-    ]);
     let maps = [(Source::Gradient, &found.map), (Source::Quad, &found.quad_map)];
-    for (source, map) in maps {
-        for m in map {
+    let rows = maps.iter().flat_map(|(source, map)| {
+        map.iter().map(|m| {
             let level = m.transfer.main_level();
             let [dx, _] = m.footprint.derivatives();
             let length = libm::hypot(dx[0], dx[1]);
             let scale = libm::exp2(-(level as f64));
             let at = [(super::MAP as f64 + 1.0) / 2.0 * scale; 2];
-            let (off, [along, across]) = m.transfer.moments(level, at, dx.map(|c| c / length));
-            table.row([
-                source_name(source).to_string(),
-                m.footprint.ratio.to_string(),
-                m.footprint.degrees.to_string(),
-                level.to_string(),
-                m.transfer.texels().to_string(),
-                format!("{:.3}", along / scale),
-                format!("{:.3}", across / scale),
-                format!("{:.4}", libm::hypot(off[0], off[1]) / scale),
-            ]);
-        }
-    }
+            let (off, sides) = m.transfer.moments(level, at, dx.map(|c| c / length));
+            let texels = [sides[0], sides[1], libm::hypot(off[0], off[1])].map(|x| x / scale);
+            (*source, m, level, texels)
+        })
+    });
+    let table = Table::of(
+        rows,
+        &[
+            ("by", "", &|(source, ..)| text(source_name(*source))),
+            ("ratio", "", &|(_, m, ..)| whole(m.footprint.ratio)),
+            ("angle (deg)", "", &|(_, m, ..)| whole(m.footprint.degrees)),
+            ("main level", "", &|(_, _, level, _)| whole(level)),
+            ("texels", "", &|(_, m, ..)| whole(m.transfer.texels())),
+            ("along (texels)", "", &|(.., texels)| places(texels[0], 3)),
+            ("across (texels)", "", &|(.., texels)| places(texels[1], 3)),
+            ("centroid off by", "", &|(.., texels)| places(texels[2], 4)),
+        ],
+    );
     indent(out, &table)?;
     writeln!(out)
 }

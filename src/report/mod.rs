@@ -7,6 +7,7 @@ pub mod font;
 pub mod hash;
 pub mod html;
 pub mod metrics;
+pub mod page;
 pub mod plot;
 pub mod shown;
 pub mod table;

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::base::num;
 
@@ -22,10 +22,10 @@ pub enum Align {
 /// What stands in one column of one row: the text that people read, and the value that programs read.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    shown: String,
+    pub(super) shown: String,
     /// None: the row's object lacks the key.
-    value: Option<Value>,
-    align: Align,
+    pub(super) value: Option<Value>,
+    pub(super) align: Align,
 }
 
 impl Cell {
@@ -37,6 +37,12 @@ impl Cell {
     #[must_use]
     pub fn with(self, value: impl Serialize) -> Self {
         Self { value: Some(json!(value)), ..self }
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.shown)
     }
 }
 
@@ -94,57 +100,71 @@ pub fn given(value: Option<impl Serialize>) -> Cell {
 /// A column without a title is in no table, one without a key in no JSON.
 pub type Column<'a, T> = (&'a str, &'a str, &'a dyn Fn(&T) -> Cell);
 
-/// A table: a header and rows of the same number of cells.
+/// A table: columns, and rows of a cell for each.
 #[derive(Clone, Debug)]
 pub struct Table {
+    /// Titles and keys.
+    columns: Vec<(String, String)>,
     align: Vec<Align>,
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
-    objects: Vec<Value>,
+    rows: Vec<Vec<Cell>>,
 }
 
 impl Table {
     /// One row for each item, with these columns; a column with a text in it is left-aligned.
     #[must_use]
     pub fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
-        let shown = || columns.iter().filter(|(title, ..)| !title.is_empty());
-        let header = shown().map(|(title, ..)| clean(title.trim())).collect();
-        let align = vec![Align::Right; shown().count()];
-        let mut table = Self { align, header, rows: Vec::new(), objects: Vec::new() };
+        let titles = columns.iter().map(|(title, key, _)| (clean(title), (*key).to_string()));
+        let mut table = Self {
+            columns: titles.collect(),
+            align: vec![Align::Right; columns.len()],
+            rows: Vec::new(),
+        };
         for item in items {
-            let (mut row, mut object) = (Vec::new(), Map::new());
-            for (title, key, cell) in columns {
-                let Cell { shown, value, align } = cell(&item);
-                if !title.is_empty() {
-                    if align == Align::Left {
-                        table.align[row.len()] = Align::Left;
-                    }
-                    row.push(shown);
-                }
-                if let (false, Some(value)) = (key.is_empty(), value) {
-                    object.insert((*key).into(), value);
-                }
-            }
-            table.rows.push(row);
-            table.objects.push(Value::Object(object));
+            table.push(columns.iter().map(|(.., cell)| cell(&item)).collect());
         }
         table
+    }
+
+    /// Adds a row.
+    fn push(&mut self, row: Vec<Cell>) {
+        for (align, cell) in self.align.iter_mut().zip(&row) {
+            if cell.align == Align::Left {
+                *align = Align::Left;
+            }
+        }
+        self.rows.push(row);
     }
 
     /// One JSON object a row.
     #[must_use]
     pub fn json(self) -> Vec<Value> {
-        self.objects
+        let object = |row: Vec<Cell>| {
+            let keys = self.columns.iter().map(|(_, key)| key).zip(row);
+            let given = keys.filter(|(key, _)| !key.is_empty());
+            given.filter_map(|(key, cell)| Some((key.clone(), cell.value?))).collect()
+        };
+        self.rows.into_iter().map(|row| Value::Object(object(row))).collect()
+    }
+
+    /// The columns that a table shows: title, alignment, and where the cell lies in a row.
+    pub(super) fn shown(&self) -> impl Iterator<Item = (&str, Align, usize)> {
+        let all = self.columns.iter().zip(&self.align).enumerate();
+        let titled = all.filter(|(_, ((title, _), _))| !title.is_empty());
+        titled.map(|(at, ((title, _), align))| (title.trim(), *align, at))
+    }
+
+    /// The rows, with the cells that no table shows.
+    pub(super) fn rows(&self) -> &[Vec<Cell>] {
+        &self.rows
     }
 
     /// A table with these columns; a title carries its unit: `PSNR (dB)`.
     #[must_use]
     pub fn new(columns: &[(&str, Align)]) -> Self {
         Self {
+            columns: columns.iter().map(|&(title, _)| (clean(title), String::new())).collect(),
             align: columns.iter().map(|&(_, align)| align).collect(),
-            header: columns.iter().map(|&(title, _)| clean(title)).collect(),
             rows: Vec::new(),
-            objects: Vec::new(),
         }
     }
 
@@ -154,8 +174,8 @@ impl Table {
         I: IntoIterator,
         I::Item: AsRef<str>,
     {
-        let mut row: Vec<String> = cells.into_iter().map(|cell| clean(cell.as_ref())).collect();
-        row.resize(self.header.len(), String::new());
+        let mut row: Vec<Cell> = cells.into_iter().map(|cell| whole(cell.as_ref())).collect();
+        row.resize(self.columns.len(), missing(""));
         self.rows.push(row);
     }
 
@@ -175,20 +195,21 @@ impl Table {
 impl fmt::Display for Table {
     /// One line per row and one for the header, each ended; no trailing blanks.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = || std::iter::once(&self.header).chain(&self.rows);
-        let width = |column: usize| lines().map(|row| row[column].chars().count()).max();
-        let widths: Vec<usize> =
-            (0..self.header.len()).map(|column| width(column).unwrap_or(0)).collect();
-        for row in lines() {
+        let cells = |at: usize| self.rows.iter().map(move |row| row[at].shown.as_str());
+        let columns = self.shown().map(|(title, align, at)| {
+            let column: Vec<&str> = std::iter::once(title).chain(cells(at)).collect();
+            let width = column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+            (column, align, width)
+        });
+        let columns: Vec<_> = columns.collect();
+        for row in 0..=self.rows.len() {
             let mut line = String::new();
-            for ((cell, &width), align) in row.iter().zip(&widths).zip(&self.align) {
-                if !line.is_empty() {
-                    line.push_str("  ");
-                }
-                match align {
-                    Align::Left => line.push_str(&format!("{cell:<width$}")),
-                    Align::Right => line.push_str(&format!("{cell:>width$}")),
-                }
+            for (at, (column, align, width)) in columns.iter().enumerate() {
+                let gap = if at > 0 { "  " } else { "" };
+                line += &match align {
+                    Align::Left => format!("{gap}{:<width$}", column[row]),
+                    Align::Right => format!("{gap}{:>width$}", column[row]),
+                };
             }
             writeln!(f, "{}", line.trim_end())?;
         }

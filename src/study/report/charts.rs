@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use maud::html;
 use serde_json::Value;
 
-use super::svg::{Scale, Svg, tick};
-use super::{setting, shown, text};
+use super::svg::{Axes, CHART, dot, points, svg, tick};
+use super::{setting, shown};
+use crate::report::page::{list, words};
 use crate::study::front::{figure, larger_is_better};
 use crate::study::store::Results;
 
@@ -22,18 +24,13 @@ pub struct Chart {
     pub caption: String,
 }
 
-const WIDTH: f64 = 520.0;
-const HEIGHT: f64 = 330.0;
-const LEFT: f64 = 62.0;
-const BOTTOM: f64 = 52.0;
-
 /// Where a row was measured.
 fn place(row: &Value) -> String {
-    let size: Vec<String> = row["size"].as_array().into_iter().flatten().map(text).collect();
-    let mut out = format!("{}, {}", text(&row["scene"]), size.join(" × "));
+    let size: Vec<String> = list(&row["size"]).iter().map(words).collect();
+    let mut out = format!("{}, {}", words(&row["scene"]), size.join(" × "));
     for (name, key) in [("", "env"), ("face size ", "face_size")] {
         if !row[key].is_null() {
-            out += &format!(", {name}{}", text(&row[key]));
+            out += &format!(", {name}{}", words(&row[key]));
         }
     }
     out
@@ -85,28 +82,6 @@ fn label(name: &str) -> &'static str {
     }
 }
 
-/// The frame of a chart: grid, numbers, names.
-fn frame(svg: &mut Svg, x: &Scale, y: &Scale, names: [&str; 2], title: &str) {
-    let (right, base) = (WIDTH - 14.0, HEIGHT - BOTTOM);
-    for t in y.ticks() {
-        svg.line([LEFT, y.at(t)], [right, y.at(t)], "g");
-        svg.text([LEFT - 6.0, y.at(t) + 4.0], "s e", &y.label(t));
-    }
-    for t in x.ticks() {
-        svg.line([x.at(t), 30.0], [x.at(t), base], "g");
-        svg.text([x.at(t), base + 16.0], "s m", &x.label(t));
-    }
-    svg.line([LEFT, base], [right, base], "a");
-    svg.line([LEFT, 30.0], [LEFT, base], "a");
-    svg.text([f64::midpoint(LEFT, right), HEIGHT - 14.0], "m", names[0]);
-    svg.raw(&format!(
-        "<text class=\"m\" transform=\"translate(15 {}) rotate(-90)\">{}</text>",
-        f64::midpoint(30.0, base),
-        names[1]
-    ));
-    svg.text([LEFT, 18.0], "t", title);
-}
-
 /// Error against cost.
 fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> Option<Chart> {
     let varies = |name: &str| {
@@ -118,62 +93,52 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
     };
     let cost = ["gates", "cycles_per_fragment"].into_iter().find(|name| varies(name))?;
     let scale = if cost == "gates" { 1e-3 } else { 1.0 };
-    let mut points: Vec<([f64; 2], &Value, bool)> = rows
+    let mut dots: Vec<([f64; 2], &Value, bool)> = rows
         .iter()
         .filter_map(|(row, on)| {
             Some(([figure(row, cost)? * scale, figure(row, error)?], *row, *on))
         })
         .collect();
     // Those that matter lie on top.
-    points.sort_by_key(|(_, _, on)| *on);
-    let finite = points.iter().map(|(p, ..)| p[1]).filter(|y| y.is_finite());
+    dots.sort_by_key(|(_, _, on)| *on);
+    let finite = dots.iter().map(|(p, ..)| p[1]).filter(|y| y.is_finite());
     let top = finite.fold(0.0, f64::max) + 3.0;
     let value = |y: f64| if y.is_finite() { y } else { top };
-    let x = Scale::new(
-        &points.iter().map(|(p, ..)| p[0]).collect::<Vec<_>>(),
-        false,
-        LEFT,
-        WIDTH - 14.0,
-    );
-    let y = Scale::new(
-        &points.iter().map(|(p, ..)| value(p[1])).collect::<Vec<_>>(),
-        false,
-        HEIGHT - BOTTOM,
-        30.0,
-    );
-    let mut svg = Svg::new(WIDTH, HEIGHT);
-    frame(&mut svg, &x, &y, [label(cost), label(error)], here);
-    let mut steps: Vec<[f64; 2]> = points.iter().filter(|(.., on)| *on).map(|(p, ..)| *p).collect();
+    let xs: Vec<f64> = dots.iter().map(|(p, ..)| p[0]).collect();
+    let ys: Vec<f64> = dots.iter().map(|(p, ..)| value(p[1])).collect();
+    let axes = Axes::new(&xs, false, &ys, None);
+    let at = |[x, y]: [f64; 2]| axes.at([x, value(y)]);
+    let mut steps: Vec<[f64; 2]> = dots.iter().filter(|(.., on)| *on).map(|(p, ..)| *p).collect();
     steps.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut best: Option<f64> = None;
     let mut line = Vec::new();
-    for [at, worth] in steps {
+    for [x, worth] in steps {
         let better = |before: f64| (worth > before) == larger_is_better(error);
         if best.is_none_or(|before| before.to_bits() != worth.to_bits() && better(before)) {
             if let Some(before) = best {
-                line.push([x.at(at), y.at(value(before))]);
+                line.push(at([x, before]));
             }
-            line.push([x.at(at), y.at(value(worth))]);
+            line.push(at([x, worth]));
             best = Some(worth);
         }
     }
-    svg.polyline(&line, "l");
-    for (p, row, on) in &points {
-        let title = format!(
-            "{}\n{} {}, {} {}",
-            setting(row),
-            label(error),
-            shown(row, error),
-            label(cost),
-            tick(p[0])
-        );
-        let (radius, class) = if *on { (5.0, "f") } else { (3.5, "o") };
-        svg.dot([x.at(p[0]), y.at(value(p[1]))], radius, class, &text(&row["row"]), &title);
-    }
+    let names = [label(cost), label(error)];
+    let title = |x: f64, row: &Value| {
+        let worth = shown(row, error);
+        format!("{}\n{} {worth}, {} {}", setting(row), names[1], names[0], tick(x))
+    };
+    let body = html! {
+        (axes.draw(names, here))
+        polyline.l points=(points(&line)) {}
+        @for (p, row, on) in &dots {
+            @let (radius, class) = if *on { (5.0, "f") } else { (3.5, "o") };
+            (dot(at(*p), radius, class, &words(&row["row"]), &title(p[0], row)))
+        }
+    };
     Some(Chart {
         place: here.into(),
         file: format!("frontier-{number}.svg"),
-        svg: svg.finish(&format!("frontier of {here}")),
+        svg: svg(CHART, &format!("frontier of {here}"), &body),
         caption: format!(
             "Each dot is a unit. Orange: on the frontier. The line joins what a given cost buys at best; {} and to the left is better.",
             if larger_is_better(error) { "up" } else { "down" }
@@ -198,7 +163,7 @@ fn effect(
         if value.is_null() || !y.is_finite() {
             continue;
         }
-        let name = text(value);
+        let name = words(value);
         let at = order.iter().position(|o| *o == name).unwrap_or_else(|| {
             order.push(name.clone());
             order.len() - 1
@@ -224,47 +189,30 @@ fn effect(
     };
     let named = groups.iter().any(|(name, _)| name.parse::<f64>().is_err());
     let all: Vec<f64> = groups.iter().flat_map(|(_, ys)| ys.iter().copied()).collect();
-    let x = Scale::new(&positions, log, LEFT, WIDTH - 14.0);
-    let y = Scale::new(&all, false, HEIGHT - BOTTOM, 30.0);
-    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let ticks = groups.iter().zip(&positions).map(|((name, _), at)| (*at, name.clone()));
+    let axes = Axes::new(&positions, log, &all, named.then(|| ticks.collect()));
     let (mut upper, mut lower, mut middle) = (Vec::new(), Vec::new(), Vec::new());
-    for ((_, ys), at) in groups.iter_mut().zip(&positions) {
+    for ((_, ys), x) in groups.iter_mut().zip(&positions) {
         ys.sort_by(f64::total_cmp);
-        upper.push([x.at(*at), y.at(ys[ys.len() - 1])]);
-        lower.push([x.at(*at), y.at(ys[0])]);
-        middle.push([x.at(*at), y.at(ys[ys.len() / 2])]);
+        upper.push(axes.at([*x, ys[ys.len() - 1]]));
+        lower.push(axes.at([*x, ys[0]]));
+        middle.push(axes.at([*x, ys[ys.len() / 2]]));
     }
-    let scale = if named { Scale::new(&[], false, LEFT, WIDTH - 14.0) } else { x.clone() };
-    frame(&mut svg, &scale, &y, [axis, label(error)], here);
-    if named {
-        // Names instead of numbers: the frame's own are covered.
-        svg.raw(&format!(
-            "<rect x=\"{LEFT}\" y=\"{}\" width=\"{}\" height=\"20\" fill=\"#fff\"/>",
-            HEIGHT - BOTTOM + 2.0,
-            WIDTH - LEFT
-        ));
-        for ((name, _), at) in groups.iter().zip(&positions) {
-            svg.text([x.at(*at), HEIGHT - BOTTOM + 16.0], "s m", name);
-        }
-    }
-    let band: Vec<String> = upper
-        .iter()
-        .chain(lower.iter().rev())
-        .map(|p| format!("{},{}", super::svg::n(p[0]), super::svg::n(p[1])))
-        .collect();
-    svg.raw(&format!("<polygon class=\"band\" points=\"{}\"/>", band.join(" ")));
-    svg.polyline(&middle, "b");
-    for (p, (name, ys)) in middle.iter().zip(&groups) {
-        let title =
-            format!("{axis} = {name}: median {} of {} units", tick(ys[ys.len() / 2]), ys.len());
-        svg.dot(*p, 4.0, "r", "", &title);
-    }
+    let title = |name: &str, ys: &[f64]| {
+        format!("{axis} = {name}: median {} of {} units", tick(ys[ys.len() / 2]), ys.len())
+    };
+    let body = html! {
+        (axes.draw([axis, label(error)], here))
+        polygon.band points=(points(upper.iter().chain(lower.iter().rev()))) {}
+        polyline.b points=(points(&middle)) {}
+        @for (p, (name, ys)) in middle.iter().zip(&groups) { (dot(*p, 4.0, "r", "", &title(name, ys))) }
+    };
     let stem: String =
         axis.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     Some(Chart {
         place: here.into(),
         file: format!("{stem}-{number}.svg"),
-        svg: svg.finish(&format!("{axis} in {here}")),
+        svg: svg(CHART, &format!("{axis} in {here}"), &body),
         caption: format!(
             "{axis}: the median over all units with that value; the band reaches from the worst to the best of them."
         ),

@@ -1,15 +1,6 @@
-//! SVG by hand: axes with round numbers, dots, lines, texts.
+//! The plotter: axes with round numbers, dots, lines and texts as SVG.
 
-use std::fmt::Write as _;
-
-use crate::report::escape::escape;
-
-/// A drawing under construction.
-#[derive(Debug)]
-pub(super) struct Svg {
-    size: [f64; 2],
-    body: String,
-}
+use maud::{Markup, PreEscaped, html};
 
 /// A number with as many places as a drawing needs.
 pub(super) fn n(x: f64) -> String {
@@ -18,85 +9,117 @@ pub(super) fn n(x: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-impl Svg {
-    pub(super) fn new(width: f64, height: f64) -> Self {
-        Self { size: [width, height], body: String::new() }
+/// A whole drawing; it brings its own colours, which a page may replace.
+pub(super) fn svg([width, height]: [f64; 2], label: &str, body: &Markup) -> String {
+    let drawing = html! {
+        svg xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (n(width)) " " (n(height)) } width=(n(width))
+            height=(n(height)) role="img" aria-label=(label) {
+            style { (PreEscaped(include_str!("figure.css"))) }
+            (body)
+        }
+    };
+    drawing.into_string()
+}
+
+/// A straight line.
+pub(super) fn line(from: [f64; 2], to: [f64; 2], class: &str) -> Markup {
+    html! { line class=(class) x1=(n(from[0])) y1=(n(from[1])) x2=(n(to[0])) y2=(n(to[1])) {} "\n" }
+}
+
+/// Points as `points` of a polyline or a polygon has them.
+pub(super) fn points<'a>(points: impl IntoIterator<Item = &'a [f64; 2]>) -> String {
+    let pair = |p: &[f64; 2]| format!("{},{}", n(p[0]), n(p[1]));
+    points.into_iter().map(pair).collect::<Vec<_>>().join(" ")
+}
+
+/// A text.
+pub(super) fn label(at: [f64; 2], class: &str, text: &str) -> Markup {
+    html! { text class=(class) x=(n(at[0])) y=(n(at[1])) { (text) } "\n" }
+}
+
+/// A dot; one of a row can be chosen.
+pub(super) fn dot(at: [f64; 2], radius: f64, class: &str, row: &str, title: &str) -> Markup {
+    let row = (!row.is_empty()).then_some(row);
+    html! {
+        circle class=(class) data-row=[row] tabindex=[row.map(|_| "0")] cx=(n(at[0])) cy=(n(at[1])) r=(n(radius)) {
+            title { (title) }
+        }
+        "\n"
+    }
+}
+
+/// Width and height of a chart.
+pub(super) const CHART: [f64; 2] = [520.0, 330.0];
+const RIGHT: f64 = CHART[0] - 14.0;
+const TOP: f64 = 30.0;
+const BASE: f64 = CHART[1] - 52.0;
+
+/// The axes of a chart.
+pub(super) struct Axes {
+    x: Scale,
+    y: Scale,
+    /// Numbers or names along x.
+    columns: Vec<(f64, String)>,
+    rows: Vec<(f64, String)>,
+}
+
+impl Axes {
+    /// Axes that span these values; `names` stand along x in place of numbers.
+    pub(super) fn new(
+        xs: &[f64],
+        log: bool,
+        ys: &[f64],
+        names: Option<Vec<(f64, String)>>,
+    ) -> Self {
+        let y = Scale::new(ys, false, BASE, TOP);
+        let rows = y.ticks();
+        // The name of the axis, then the longest number.
+        let longest = rows.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
+        let left = (30.0 + 6.5 * longest as f64).max(62.0);
+        let x = Scale::new(xs, log, left, RIGHT);
+        let columns = names.unwrap_or_else(|| x.ticks());
+        Self { x, y, columns, rows }
     }
 
-    pub(super) fn raw(&mut self, element: &str) {
-        self.body += element;
-        self.body.push('\n');
+    /// Where a point lies.
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.at(x), self.y.at(y)]
     }
 
-    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], class: &str) {
-        // Writing to a String cannot fail.
-        let _ = writeln!(
-            self.body,
-            "<line class=\"{class}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
-            n(from[0]),
-            n(from[1]),
-            n(to[0]),
-            n(to[1])
-        );
-    }
-
-    pub(super) fn polyline(&mut self, points: &[[f64; 2]], class: &str) {
-        let points: Vec<String> =
-            points.iter().map(|p| format!("{},{}", n(p[0]), n(p[1]))).collect();
-        let _ =
-            writeln!(self.body, "<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "));
-    }
-
-    pub(super) fn text(&mut self, at: [f64; 2], class: &str, text: &str) {
-        let _ = writeln!(
-            self.body,
-            "<text class=\"{class}\" x=\"{}\" y=\"{}\">{}</text>",
-            n(at[0]),
-            n(at[1]),
-            escape(text)
-        );
-    }
-
-    pub(super) fn dot(&mut self, at: [f64; 2], radius: f64, class: &str, row: &str, title: &str) {
-        let row = if row.is_empty() {
-            String::new()
-        } else {
-            format!(" data-row=\"{row}\" tabindex=\"0\"")
-        };
-        let _ = writeln!(
-            self.body,
-            "<circle class=\"{class}\"{row} cx=\"{}\" cy=\"{}\" r=\"{}\"><title>{}</title></circle>",
-            n(at[0]),
-            n(at[1]),
-            n(radius),
-            escape(title)
-        );
-    }
-
-    pub(super) fn finish(self, label: &str) -> String {
-        let [w, h] = self.size.map(n);
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" role=\"img\" aria-label=\"{}\">\n<style>{}</style>\n{}</svg>",
-            escape(label),
-            include_str!("figure.css"),
-            self.body
-        )
+    /// Grid, numbers, names.
+    pub(super) fn draw(&self, [x_name, y_name]: [&str; 2], title: &str) -> Markup {
+        let left = self.x.from;
+        let middle = f64::midpoint(TOP, BASE);
+        html! {
+            @for (t, text) in &self.rows {
+                @let y = self.y.at(*t);
+                (line([left, y], [RIGHT, y], "g")) (label([left - 6.0, y + 4.0], "s e", text))
+            }
+            @for (t, text) in &self.columns {
+                @let x = self.x.at(*t);
+                (line([x, TOP], [x, BASE], "g")) (label([x, BASE + 16.0], "s m", text))
+            }
+            (line([left, BASE], [RIGHT, BASE], "a")) (line([left, TOP], [left, BASE], "a"))
+            (label([f64::midpoint(left, RIGHT), BASE + 38.0], "m", x_name))
+            text.m transform={ "translate(15 " (n(middle)) ") rotate(-90)" } { (y_name) }
+            (label([left, 18.0], "t", title))
+        }
     }
 }
 
 /// An axis of a chart: what it spans, and where.
 #[derive(Clone, Debug)]
-pub(super) struct Scale {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) log: bool,
+struct Scale {
+    low: f64,
+    high: f64,
+    log: bool,
     from: f64,
     to: f64,
 }
 
 impl Scale {
     /// From values onto pixels, a twentieth wider than they are.
-    pub(super) fn new(values: &[f64], log: bool, from: f64, to: f64) -> Self {
+    fn new(values: &[f64], log: bool, from: f64, to: f64) -> Self {
         let map = |x: f64| if log { libm::log2(x) } else { x };
         let finite = || values.iter().copied().filter(|x| x.is_finite()).map(map);
         let (mut low, mut high) =
@@ -108,7 +131,7 @@ impl Scale {
         Self { low: low - room, high: high + room, log, from, to }
     }
 
-    pub(super) fn at(&self, x: f64) -> f64 {
+    fn at(&self, x: f64) -> f64 {
         let x = if self.log { libm::log2(x) } else { x };
         let share = ((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         self.from + (self.to - self.from) * share
@@ -122,34 +145,24 @@ impl Scale {
         steps.into_iter().find(|s| *s >= raw).unwrap_or(steps[3])
     }
 
-    /// Round numbers inside.
-    pub(super) fn ticks(&self) -> Vec<f64> {
+    /// Round numbers inside, each as text with as many places as neighbours need to differ.
+    fn ticks(&self) -> Vec<(f64, String)> {
         if self.log {
             let (low, high) = (self.low.ceil(), self.high.floor());
             let step = ((high - low) / 6.0).ceil().max(1.0);
-            return (0..)
-                .map(|i| low + step * f64::from(i))
-                .take_while(|x| *x <= high)
-                .map(libm::exp2)
-                .collect();
+            let powers = (0..).map(|i| low + step * f64::from(i)).take_while(|x| *x <= high);
+            return powers.map(libm::exp2).map(|x| (x, tick(x))).collect();
         }
         let step = self.step();
-        let first = (self.low / step).ceil();
-        (0..20).map(|i| (first + f64::from(i)) * step).take_while(|x| *x <= self.high).collect()
-    }
-
-    /// A tick's number, with as many places as neighbours need to differ.
-    pub(super) fn label(&self, x: f64) -> String {
-        if self.log {
-            return tick(x);
-        }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "clamped to 0 to 9"
         )]
-        let places = (-libm::floor(libm::log10(self.step()) + 1e-9)).clamp(0.0, 9.0) as usize;
-        format!("{x:.places$}")
+        let places = (-libm::floor(libm::log10(step) + 1e-9)).clamp(0.0, 9.0) as usize;
+        let first = (self.low / step).ceil();
+        let round = (0..20).map(|i| (first + f64::from(i)) * step);
+        round.take_while(|x| *x <= self.high).map(|x| (x, format!("{x:.places$}"))).collect()
     }
 }
 
