@@ -95,7 +95,9 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
             ("angle (deg)", "", &|t| whole(t.footprint.degrees)),
             ("lambda", "", &|t| places(t.lod, 3)),
             ("taps", "", &|t| whole(t.taps.len())),
-            ("spacing (texels)", "", &|t| spaced(t, &|[mean, off]| format!("{mean:.4} +-{off:.4}"))),
+            ("spacing (texels)", "", &|t| {
+                spaced(t, &|[mean, off]| format!("{mean:.4} +-{off:.4}"))
+            }),
             ("span/longer", "", &|t| {
                 let [x, y] = apart(t);
                 let texels = libm::hypot(x, y) * libm::exp2(t.lod.round());
