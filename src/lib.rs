@@ -31,7 +31,7 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 pub mod srgb;
-pub mod stage;
+pub use rtl_model::stage;
 pub mod study;
 pub mod truth;
 pub mod unit;

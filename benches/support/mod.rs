@@ -219,7 +219,7 @@ impl Task for Part<'_> {
                 "footprint" => unit.footprint(state, &mut tap),
                 "floor" => sum = sum.wrapping_add(unit.touch(state, texture)),
                 "back" => {
-                    unit.back(state, texture, &mut out, &mut tap);
+                    unit.back(state, Some(texture), &mut out, &mut tap);
                     sum = sum.wrapping_add(out.texels[0]);
                 }
                 other => panic!("no part `{other}`"),

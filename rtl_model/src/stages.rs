@@ -80,9 +80,8 @@ pub(crate) fn fits(reg: Reg, bits: u32) -> Result<(), ConfigError> {
     if bits <= LIMIT_BITS {
         return Ok(());
     }
-    let info = reg.info();
     Err(ConfigError {
-        path: format!("registers.{}.{}", info.stage, info.name),
+        path: format!("registers.{reg}"),
         expected: format!("exact input of at most {LIMIT_BITS} bits"),
         found: format!("{bits} bits"),
     })

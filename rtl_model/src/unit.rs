@@ -17,7 +17,8 @@ pub use wires::{Alone, Carries, Wire};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;
-use crate::regs::Reg;
+use crate::regs::{Kind, Reg};
+use crate::stage::Stage;
 use crate::stages::jacobian::normal;
 use crate::stages::{
     Roms, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
@@ -87,6 +88,9 @@ fn has_narrow_products(config: &Config) -> bool {
     const SPLIT: [Reg; 4] = [Reg::JacNIdotDn, Reg::JacPerpDotE, Reg::JacVdotDn, Reg::JacNdotDn];
     // Factors that are doubled first.
     const DOUBLED: [Reg; 3] = [Reg::ReflectV, Reg::ReflectN, Reg::ReflectNdotV];
+    // Stages that work on one fragment at a time.
+    const BY_FRAGMENT: [Stage; 4] =
+        [Stage::Hit, Stage::SurfaceFootprint, Stage::Address, Stage::Filter];
     let most = |reg: &Reg| if DOUBLED.contains(reg) { 30 } else { 31 };
     Reg::ALL
         .iter()
@@ -94,8 +98,8 @@ fn has_narrow_products(config: &Config) -> bool {
             let stage = reg.info().stage;
             // Of `hit`'s registers only the direction that is looked up goes through lanes, of
             // `surface_footprint`'s only D. A step is multiplied by no stage before `address`.
-            let by_lanes = !["hit", "surface_footprint", "address", "filter"].contains(&stage)
-                || [Reg::HitTo, Reg::SurfJac].contains(reg);
+            let by_lanes =
+                !BY_FRAGMENT.contains(&stage) || [Reg::HitTo, Reg::SurfJac].contains(reg);
             let factor = **reg != Reg::FootStep;
             by_lanes && factor && !SPLIT.contains(reg)
         })
@@ -125,23 +129,19 @@ impl Unit {
         lines: impl Fn(&Config) -> Result<(footprint::Cfg, address::Cfg), ConfigError>,
     ) -> Result<Self, ConfigError> {
         for reg in Reg::ALL {
-            let format = config.format(*reg);
-            if format.magnitude_bits() == 0 || format.magnitude_bits() > 58 {
-                let info = reg.info();
-                return Err(ConfigError {
-                    path: alloc::format!("registers.{}.{}", info.stage, info.name),
-                    expected: "1 to 58 bits without the sign".into(),
-                    found: alloc::format!("{}", format.magnitude_bits()),
-                });
-            }
-            if reg.info().kind == crate::regs::Kind::Block && format.magnitude_bits() > 31 {
-                let info = reg.info();
-                return Err(ConfigError {
-                    path: alloc::format!("registers.{}.{}", info.stage, info.name),
-                    expected: "mantissas of 1 to 31 bits".into(),
-                    found: alloc::format!("{}", format.magnitude_bits()),
-                });
-            }
+            let bits = config.format(*reg).magnitude_bits();
+            let expected = if !(1..=58).contains(&bits) {
+                "1 to 58 bits without the sign"
+            } else if reg.info().kind == Kind::Block && bits > 31 {
+                "mantissas of 1 to 31 bits"
+            } else {
+                continue;
+            };
+            return Err(ConfigError {
+                path: alloc::format!("registers.{reg}"),
+                expected: expected.into(),
+                found: alloc::format!("{bits}"),
+            });
         }
         check_ranges(config)?;
         let (footprint, address) = lines(config)?;

@@ -248,7 +248,7 @@ fn registers(errors: &RegisterErrors) -> Table {
         Reg::ALL.iter().map(|reg| reg.info()).zip(&errors.registers).filter(|(_, e)| e.count > 0),
         &[
             ("register (rtl - f64)", "", &|(reg, _)| text(format!("{}.{}", reg.stage, reg.name))),
-            ("", "stage", &|(reg, _)| value(reg.stage)),
+            ("", "stage", &|(reg, _)| value(reg.stage.name())),
             ("", "register", &|(reg, _)| value(reg.name)),
             ("worst (LSB)", "worst_lsb", &|(_, e)| digits(e.worst_lsb, 3)),
             ("mean (LSB)", "mean_lsb", &|(_, e)| digits(e.mean_lsb(), 3)),

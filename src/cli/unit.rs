@@ -141,7 +141,7 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
     let words = Table::of(
         Reg::ALL.iter().map(|reg| (*reg, reg.info())),
         &[
-            ("register", "", &|(_, info)| text(format!("{}.{}", info.stage, info.name))),
+            ("register", "", &|(reg, _)| text(reg.to_string())),
             ("components", "", &|(_, info)| whole(info.components)),
             ("bits", "", &|(reg, _)| whole(spec.config.format(*reg).width())),
             ("kind", "", &|(_, info)| match info.kind {

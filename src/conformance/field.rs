@@ -258,7 +258,7 @@ pub fn events(stage: Stage) -> impl Iterator<Item = Event> {
 
 /// Registers of a stage, in order.
 pub fn registers(stage: Stage) -> impl Iterator<Item = Reg> {
-    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage.name())
+    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage)
 }
 
 /// What a stage yields beside its registers: a face, or a count of at least `least` probes.

@@ -151,7 +151,7 @@ impl Configuration {
                 // A block has no overflow, and texel sums are exact by default.
                 let block = info.kind == Kind::Block && change.starts_with("overflow");
                 if !block {
-                    sets.push(format!("registers.{}.{}.{change}", info.stage, info.name));
+                    sets.push(format!("registers.{reg}.{change}"));
                 }
             }
         }

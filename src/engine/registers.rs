@@ -1,6 +1,7 @@
 //! How far the integer model's registers are from the float reference's, in LSB.
 
 use rayon::prelude::*;
+use rtl_model::Stage;
 use rtl_model::regs::Reg;
 
 use super::probe::{Code, FloatProbe, RtlProbe, rtl};
@@ -127,8 +128,8 @@ pub fn error_lsb(code: Code, value: f64) -> f64 {
 /// Whether a register lies behind the choice of the face.
 fn behind_face(reg: Reg) -> bool {
     reg.index() >= Reg::FaceU.index()
-        && reg.info().stage != "hit"
-        && !matches!(reg.info().stage, "jacobian" if reg.index() < Reg::JacNumerator.index())
+        && reg.info().stage != Stage::Hit
+        && !matches!(reg.info().stage, Stage::Jacobian if reg.index() < Reg::JacNumerator.index())
 }
 
 /// Whether a register's sign follows the axis', which is free where the axis points along (0, ±1).
@@ -222,7 +223,7 @@ fn one(
             continue;
         }
         let per_probe =
-            matches!(reg.info().stage, "address" | "filter") && *reg != Reg::FilterColor;
+            matches!(reg.info().stage, Stage::Address | Stage::Filter) && *reg != Reg::FilterColor;
         if per_probe
             && (!same_count || flipped || (!same_level && reg.index() >= Reg::AddrS.index()))
         {

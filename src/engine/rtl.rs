@@ -145,14 +145,13 @@ pub fn flag_names(config: &Config, flags: Flags) -> Vec<String> {
 /// `<stage>.<register>.saturated`, or `.wrapped` where the register wraps.
 #[must_use]
 pub fn overflow_name(config: &Config, reg: Reg) -> String {
-    let info = reg.info();
     let how = match config.format(reg).overflow {
         rtl_model::fx::Overflow::Wrap => "wrapped",
         rtl_model::fx::Overflow::Saturate
         | rtl_model::fx::Overflow::SaturateSymmetric
         | rtl_model::fx::Overflow::Zero => "saturated",
     };
-    format!("{}.{}.{how}", info.stage, info.name)
+    format!("{reg}.{how}")
 }
 
 /// The integer model of ENV.

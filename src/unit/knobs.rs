@@ -114,8 +114,8 @@ impl Path {
         match self {
             Self::Row(row) => row.path.into(),
             Self::Register(reg, part) => {
-                let (info, (_, part)) = (reg.info(), PARTS[part as usize]);
-                format!("registers.{}.{}.{part}", info.stage, info.name)
+                let (_, part) = PARTS[part as usize];
+                format!("registers.{reg}.{part}")
             }
         }
     }
@@ -138,7 +138,7 @@ impl Path {
             Self::Row(row) => row.reach,
             // Distances in memory.
             Self::Register(Reg::HitDistance, _) => "scene",
-            Self::Register(reg, _) => reg.info().stage,
+            Self::Register(reg, _) => reg.info().stage.name(),
         }
     }
 
@@ -291,14 +291,13 @@ impl UnitSpec {
         for reg in Reg::ALL {
             let format: Format = self.config.format(*reg);
             if format.magnitude_bits() > MOST_BITS {
-                let info = reg.info();
                 return Err(InputError::new(
                     "unit",
                     format!("int + frac of at most {MOST_BITS} bits"),
                     format.magnitude_bits().to_string(),
                     "shorten the register",
                 )
-                .at(format!("registers.{}.{}", info.stage, info.name)));
+                .at(format!("registers.{reg}")));
             }
         }
         Ok(())

@@ -81,7 +81,7 @@ fn one_rounding_changed_is_caught_and_located_in_every_stage_by_both_judges() {
             registers(stage)
                 .map(|reg| {
                     let info = reg.info();
-                    let path = format!("registers.{}.{}.rounding=\"floor\"", info.stage, info.name);
+                    let path = format!("registers.{reg}.rounding=\"floor\"");
                     (path, info.name)
                 })
                 .collect()

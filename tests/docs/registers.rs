@@ -28,7 +28,7 @@ const MEASURED: &str = "TAPLINE_COMPARE_JSON";
 const OTHERS: [Stage; 2] = [Stage::Hit, Stage::SurfaceFootprint];
 
 fn registers(stage: &str) -> impl Iterator<Item = Reg> {
-    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage)
+    Reg::ALL.iter().copied().filter(move |reg| reg.info().stage.name() == stage)
 }
 
 /// `s1.22`: sign, integer bits, fraction bits; `block s1.22` where the exponent is shared.
@@ -148,11 +148,7 @@ fn worked(stage: &str, name: &str) -> String {
         let (info, codes) = (reg.info(), probe.get(reg));
         let per_probe = codes.len() > info.components;
         for (i, part) in codes.chunks(info.components).enumerate() {
-            let title = if per_probe {
-                format!("{}.{} {i}", info.stage, info.name)
-            } else {
-                format!("{}.{}", info.stage, info.name)
-            };
+            let title = if per_probe { format!("{reg} {i}") } else { reg.to_string() };
             out.push_str(&row(&title, part));
         }
     }

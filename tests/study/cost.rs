@@ -3,6 +3,7 @@
 use rtl_model::regs::Reg;
 use rtl_model::unit::Needs;
 use tapline::operation::Operation;
+use tapline::stage::Stage;
 use tapline::study::cost::CostModel;
 use tapline::unit::UnitSpec;
 use tapline::unit::knobs::Value;
@@ -44,9 +45,9 @@ fn a_longer_word_of_any_register_that_is_built_costs_more() {
         for reg in Reg::ALL {
             let spec = unit_with(*reg);
             let sheet = model.sheet(&spec.config, operation);
-            let built = sheet.stages.iter().any(|(stage, _)| stage.name() == reg.info().stage);
+            let built = sheet.stages.iter().any(|(stage, _)| *stage == reg.info().stage);
             // `jacobian` and `cube_face` of a ray have some registers of a reflection's only.
-            let reflects_only = ["jacobian", "cube_face"].contains(&reg.info().stage)
+            let reflects_only = [Stage::Jacobian, Stage::CubeFace].contains(&reg.info().stage)
                 && operation != Operation::Env(ALL)
                 && ![
                     Reg::FaceRotated,

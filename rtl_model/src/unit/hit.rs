@@ -62,8 +62,13 @@ impl<const N: usize> HitFront<N> {
     /// Powers of two of the directions that ENV looks up.
     #[inline(always)]
     fn exponents(&self, scale: i64) -> [i64; N] {
-        let escaped = |status| matches!(status, HitStatus::Escaped);
-        self.hit.status.map(|status| if escaped(status) { 0 } else { scale })
+        let mut exp = [scale; N];
+        for (exp, status) in exp.iter_mut().zip(&self.hit.status) {
+            if *status == HitStatus::Escaped {
+                *exp = 0;
+            }
+        }
+        exp
     }
 }
 
@@ -256,7 +261,7 @@ impl Operation for HitUnit {
     ) {
         let Block { front, env } = block;
         if front.any_cone(env.len) {
-            self.unit.finish(env, memory.texture.as_ref(), out, tap);
+            self.unit.back(env, memory.texture.as_ref(), out, tap);
         }
         // Lanes without a cone ran along for nothing.
         for lane in (0..env.len.min(N)).filter(|lane| !front.has_cone(*lane)) {

@@ -64,7 +64,7 @@ pub trait Operation: Sync {
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        self.unit().finish(&block.env, memory.texture.as_ref(), out, tap);
+        self.unit().back(&block.env, memory.texture.as_ref(), out, tap);
     }
 
     /// Fills a block anew with up to `N` requests.
@@ -103,6 +103,6 @@ pub trait Operation: Sync {
         texture: &Texture,
         each: &mut dyn FnMut(Corner),
     ) {
-        self.unit().touched_corners(&block.env, lane, texture, each);
+        self.unit().corners(&block.env, lane, texture, each);
     }
 }

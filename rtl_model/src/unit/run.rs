@@ -212,15 +212,20 @@ impl Unit {
         }
     }
 
-    /// `address` and `filter`.
+    /// `address` and `filter`, or without a texture the probe counts and flags.
     #[inline(always)]
     pub fn back<const N: usize, T: Tap>(
         &self,
         state: &State<N>,
-        texture: &Texture,
+        texture: Option<&Texture>,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
+        let Some(texture) = texture else {
+            out.probes = state.line.count;
+            out.flags = state.flags;
+            return;
+        };
         for lane in 0..state.len.min(N) {
             let request = self.request(state, lane);
             out.flags[lane] = state.flags[lane];
@@ -241,7 +246,7 @@ impl Unit {
 
     /// The first texel of each bilinear footprint of a lane.
     #[inline(always)]
-    pub fn touched_corners<const N: usize>(
+    pub(super) fn corners<const N: usize>(
         &self,
         state: &State<N>,
         lane: usize,
@@ -273,23 +278,5 @@ impl Unit {
             );
         }
         sum
-    }
-
-    /// What follows the steps: the filter, or without a texture the probe counts and flags.
-    #[inline(always)]
-    pub fn finish<const N: usize, T: Tap>(
-        &self,
-        state: &State<N>,
-        texture: Option<&Texture>,
-        out: &mut Results<N>,
-        tap: &mut T,
-    ) {
-        match texture {
-            Some(texture) => self.back(state, texture, out, tap),
-            None => {
-                out.probes = state.line.count;
-                out.flags = state.flags;
-            }
-        }
     }
 }

@@ -244,7 +244,7 @@ impl Operation for TexUnit {
         tap: &mut T,
     ) {
         let tap = &mut InTexels { tap, unit: self.texels };
-        self.unit.finish(&block.env, memory.texture.as_ref(), out, tap);
+        self.unit.back(&block.env, memory.texture.as_ref(), out, tap);
     }
 
     fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {

@@ -336,7 +336,7 @@ impl Unit {
             Alone::Eigen => self.eigen(state, tap),
             Alone::Footprint => self.footprint(state, tap),
             Alone::Back => {
-                self.finish(state, texture, out, tap);
+                self.back(state, texture, out, tap);
                 return out.flags[0];
             }
         }

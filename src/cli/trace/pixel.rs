@@ -149,7 +149,6 @@ fn table(rtl: &Record<'_>, f64: &Record<'_>) -> Table {
         if mine.is_empty() {
             continue;
         }
-        let info = reg.info();
         let join = |numbers: &[Number]| {
             let values: Vec<f64> = numbers.iter().filter_map(|n| n.value()).collect();
             let more = if values.len() > SHOWN { " …" } else { "" };
@@ -160,7 +159,7 @@ fn table(rtl: &Record<'_>, f64: &Record<'_>) -> Table {
         let errors = mine.iter().zip(&theirs).filter_map(|(mine, exact)| mine.error_lsb(*exact));
         let worst = errors.fold(0.0, f64::max);
         table.row([
-            format!("{}.{}", info.stage, info.name),
+            reg.to_string(),
             join(&mine),
             join(&theirs),
             if theirs.is_empty() { "-".into() } else { significant(worst, 3) },

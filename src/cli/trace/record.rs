@@ -181,11 +181,10 @@ impl<'a> Record<'a> {
     pub(super) fn registers(&self, raw: bool) -> Value {
         let mut map = Map::new();
         for reg in Reg::ALL {
-            let info = reg.info();
             let numbers = self.registers.get(*reg);
             if !numbers.is_empty() {
                 let numbers = numbers.into_iter().map(|n| n.json(raw)).collect();
-                map.insert(format!("{}.{}", info.stage, info.name), numbers);
+                map.insert(reg.to_string(), numbers);
             }
         }
         Value::Object(map)

@@ -159,7 +159,7 @@ fn attribution(
     let stages = how.cost.sheet(&spec.config, bench.scene().operation()).stages;
     for (stage, _) in stages {
         let mut longer = spec.clone();
-        for reg in Reg::ALL.iter().filter(|reg| reg.info().stage == stage.name()) {
+        for reg in Reg::ALL.iter().filter(|reg| reg.info().stage == stage) {
             for bits in [8, 6, 4, 2, 1] {
                 let mut tried = longer.clone();
                 tried.config.formats[reg.index()].frac += bits;

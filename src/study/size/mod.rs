@@ -373,9 +373,8 @@ fn fit_integers(
     wanted
         .iter()
         .map(|(reg, needed, _)| {
-            let info = reg.info();
             let int = |s: &UnitSpec| s.config.format(*reg).int;
-            (format!("{}.{}", info.stage, info.name), [int(&before), *needed, int(spec)])
+            (reg.to_string(), [int(&before), *needed, int(spec)])
         })
         .collect()
 }

@@ -29,10 +29,7 @@ impl Word {
     #[must_use]
     pub fn path(&self) -> String {
         match self {
-            Self::Fraction(reg) => {
-                let info = reg.info();
-                format!("registers.{}.{}.frac", info.stage, info.name)
-            }
+            Self::Fraction(reg) => format!("registers.{reg}.frac"),
             Self::Knob(row) => row.path.into(),
         }
     }
@@ -73,7 +70,8 @@ impl Word {
 /// Every word and table that a scene uses.
 pub(super) fn all(spec: &UnitSpec, ranges: &Ranges, axis: ReferenceAxis) -> Vec<Word> {
     let mut out: Vec<Word> = ranges.used().map(|(reg, _)| Word::Fraction(reg)).collect();
-    let uses = |stages: &[&str]| ranges.used().any(|(reg, _)| stages.contains(&reg.info().stage));
+    let uses =
+        |stages: &[&str]| ranges.used().any(|(reg, _)| stages.contains(&reg.info().stage.name()));
     let mut take = |prefix: &str| {
         let rows = ROWS.iter().filter(|row| row.is_listed() && row.path.starts_with(prefix));
         out.extend(rows.map(Word::Knob));

@@ -4,7 +4,7 @@ use super::run_one;
 use crate::common::{NEEDS, Rng};
 use rtl_model::policy::Dnmod;
 use rtl_model::unit::{Unit, Words};
-use rtl_model::{Config, Reg};
+use rtl_model::{Config, Reg, Stage};
 
 /// A plain number between 2^−4 and 2^2 in magnitude, as a binary64 word.
 fn plain(rng: &mut Rng) -> u64 {
@@ -44,7 +44,7 @@ fn scaled(words: &Words, v: i64, n: i64, h: i64) -> Words {
 
 /// How often v, n and h are factors of a register's true value.
 fn powers(reg: Reg) -> [i64; 3] {
-    if reg.info().stage == "footprint" {
+    if reg.info().stage == Stage::Footprint {
         return [0; 3];
     }
     match reg.info().name {
@@ -104,7 +104,10 @@ fn powers_of_two_of_v_n_and_h_move_the_point_and_no_code() {
         .iter()
         .filter(|reg| {
             !seen[reg.index()]
-                && !matches!(reg.info().stage, "address" | "filter" | "hit" | "surface_footprint")
+                && !matches!(
+                    reg.info().stage,
+                    Stage::Address | Stage::Filter | Stage::Hit | Stage::SurfaceFootprint
+                )
         })
         .map(|reg| reg.info().name)
         .collect();
