@@ -1,9 +1,9 @@
-//! `impostor`: a scene's distance impostor as a file; `impostor study`: what it is good for.
+//! `impostor`: a scene's distance impostor as a file.
 
 use std::path::PathBuf;
 
+use super::Failure;
 use super::output::Origin;
-use super::{Failure, impostor_study};
 use crate::engine::hit_subject::lit;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
@@ -13,10 +13,7 @@ use crate::scene::hit;
 use crate::unit::UnitSpec;
 
 #[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true)]
 pub(super) struct Args {
-    #[command(subcommand)]
-    command: Option<Sub>,
     /// Built-in scene with a world around it: room, columns, doorway.
     scene: Option<String>,
     /// EXR file: six faces stacked vertically; channels R G B, distance, wall.index, wall.u, wall.v.
@@ -27,23 +24,9 @@ pub(super) struct Args {
     face_size: Option<usize>,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum Sub {
-    /// Errors of the hit against iterations, method, distance word, impostor size and footprint.
-    Study(impostor_study::Args),
-}
-
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    if let Some(Sub::Study(study)) = &args.command {
-        return impostor_study::run(study);
-    }
     let usage = |expected: &str| {
-        InputError::new(
-            "impostor",
-            expected,
-            "none",
-            "write `tapline impostor room -o room.exr` or `tapline impostor study room`",
-        )
+        InputError::new("impostor", expected, "none", "write `tapline impostor room -o room.exr`")
     };
     let scene = args.scene.as_ref().ok_or_else(|| usage("a scene"))?;
     let output = args.output.as_ref().ok_or_else(|| usage("an output file by -o"))?;

@@ -16,10 +16,10 @@ mod diff_results;
 mod fingerprint;
 mod gpu;
 mod impostor;
-mod impostor_study;
 mod job;
 mod output;
 mod progress;
+mod removed;
 mod render;
 mod scenes;
 mod size;
@@ -119,7 +119,7 @@ enum Command {
     Cost(cost::Args),
     /// The smallest unit that a scene needs for a bound on its error.
     Size(size::Args),
-    /// Write a scene's distance impostor, or study what it is good for.
+    /// Write a scene's distance impostor.
     Impostor(impostor::Args),
     /// Study ray cones: tiles, formats, the constant gradient on a cube map.
     Cones(cones::Args),
@@ -137,6 +137,10 @@ enum Command {
 #[must_use]
 pub fn run() -> ExitCode {
     crate::base::quiet::install_quiet_panic_hook();
+    if let Err(error) = removed::check(std::env::args_os().skip(1)) {
+        note(&error.to_string());
+        return ExitCode::from(2);
+    }
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Compare(args) => compare::run(args),

@@ -215,6 +215,7 @@ pub(super) fn measuring(plan: &Plan, cost: CostModel, reuse: bool) -> Measuring 
         exposure: plan.exposure,
         cost,
         reuse,
+        figures: plan.metrics.clone(),
     }
 }
 

@@ -6,9 +6,6 @@
 //!
 //! Source: Szirmay-Kalos, Aszódi, Lazányi, "Ray Tracing Effects without Tracing Rays" (2005).
 
-pub mod footprints;
-pub mod march;
-pub mod study;
 pub mod write;
 
 use glam::DVec3;

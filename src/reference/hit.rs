@@ -13,6 +13,7 @@ use super::texture::Texture;
 use crate::fragment::HitFragment;
 use crate::policy::{HitStatus, Outside};
 use crate::stage::Stage;
+pub use footprint::{basis, onto_plane};
 
 /// Where a ray ends.
 #[derive(Clone, Copy, Debug, PartialEq)]

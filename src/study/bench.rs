@@ -13,9 +13,7 @@ use crate::engine::reuse::tex::KeptTex;
 use crate::engine::reuse::{KeptEnv, KeptHit};
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
-use crate::impostor::study::{Case, FAR_SHARE, cases, degrees};
 use crate::picture::Picture;
-use crate::policy::HitStatus;
 use crate::report::metrics;
 use crate::settings::Settings;
 use crate::truth::TruthOptions;
@@ -23,9 +21,11 @@ use crate::unit::UnitSpec;
 
 use super::cost::CostModel;
 use super::cost::texels::{TexelUse, Walk};
+use super::footprints;
 use super::measures::Measures;
 pub use super::scene::Scene;
 use super::scene::render_reference;
+use super::searches::RealRays;
 
 /// What a bench keeps of the units before.
 #[derive(Debug)]
@@ -48,6 +48,16 @@ pub struct Measuring {
     pub cost: CostModel,
     /// Whether results of the units before are used.
     pub reuse: bool,
+    /// Figures that are kept: some take time of their own.
+    pub figures: Vec<String>,
+}
+
+impl Measuring {
+    /// Whether a figure is kept that has `part` in its name.
+    #[must_use]
+    pub fn wants(&self, part: &str) -> bool {
+        self.figures.iter().any(|figure| figure.contains(part))
+    }
 }
 
 /// A reference picture, with its lines where it is the float reference's.
@@ -69,7 +79,8 @@ pub struct Bench {
     scene: Scene,
     kept: Kept,
     references: Vec<Reference>,
-    cases: Option<Vec<Case>>,
+    rays: Option<RealRays>,
+    footprints: Option<Vec<(&'static str, Option<f64>)>>,
     texels: BTreeMap<u64, TexelUse>,
     /// Seconds in the integer model.
     pub rtl_seconds: f64,
@@ -97,7 +108,8 @@ impl Bench {
             scene,
             kept,
             references: Vec::new(),
-            cases: None,
+            rays: None,
+            footprints: None,
             texels: BTreeMap::new(),
             rtl_seconds: 0.0,
             saved: [0; 2],
@@ -176,7 +188,7 @@ impl Bench {
             measures.put_pair(*rung, &pair);
         }
         self.compare_lines(settings, how, &mut measures);
-        self.compare_hits(&results, &rendering, &mut measures);
+        self.compare_hits(settings, &results, how, &mut measures)?;
         let fragments = self.scene.fragments().max(1) as f64;
         measures.put("flagged_share", rendering.flags.values().sum::<u64>() as f64 / fragments);
         let probes = rendering.probes as f64 / fragments;
@@ -288,36 +300,30 @@ impl Bench {
         measures.put("count_differs", apart.count_differs());
     }
 
-    /// The searches against real rays.
+    /// The searches and footprints against real rays.
     fn compare_hits(
         &mut self,
+        settings: &Settings,
         results: &[HitResult],
-        rendering: &Rendering,
+        how: &Measuring,
         measures: &mut Measures,
-    ) {
-        let (Scene::Hit(subject), Some(searches)) = (&self.scene, &rendering.searches) else {
-            return;
+    ) -> Result<(), InputError> {
+        let Scene::Hit(subject) = &self.scene else {
+            return Ok(());
         };
-        let rays = results.len().max(1) as f64;
-        measures.put("look_ups_per_ray", searches.look_ups());
-        let converged = searches.status.get(HitStatus::Converged.name());
-        measures.put("converged_share", converged.copied().unwrap_or(0) as f64 / rays);
-        let cases = self.cases.get_or_insert_with(|| cases(&subject.scene));
-        if cases.len() != results.len() {
-            // Rays that meet nothing have no direction to compare with.
-            return;
+        let rays = self.rays.get_or_insert_with(|| RealRays::new(subject));
+        rays.compare(subject, settings, results, how, measures);
+        if how.wants("footprint_") {
+            let known = match self.footprints.take() {
+                Some(known) => known,
+                None => {
+                    footprints::figures(&subject.scene, &subject.map, &how.truth, how.exposure)?
+                }
+            };
+            known.iter().for_each(|(name, db)| measures.put_db(name, *db));
+            self.footprints = Some(known);
         }
-        let mut angles: Vec<f64> =
-            results.iter().zip(cases.iter()).map(|(r, case)| degrees(r.l, case.real)).collect();
-        angles.sort_by(f64::total_cmp);
-        measures.put("direction_median_deg", quantile(&angles, 50));
-        measures.put("direction_p95_deg", quantile(&angles, 95));
-        measures.put("direction_max_deg", quantile(&angles, 100));
-        let far = |(r, case): &(&HitResult, &Case)| {
-            r.status == HitStatus::Converged && r.d > case.d * (1.0 + FAR_SHARE)
-        };
-        let false_far = results.iter().zip(cases.iter()).filter(far).count();
-        measures.put("false_far_share", false_far as f64 / rays);
+        Ok(())
     }
 
     /// Tiles and cache of the last rendering; nothing where its registers are not kept.

@@ -18,12 +18,12 @@ pub struct Column {
 
 macro_rules! columns {
     ($($name:literal $unit:literal $meaning:literal;)+) => {
-        /// Every figure, in the order of the results.
-        pub const COLUMNS: &[Column] = &[$(Column { name: $name, unit: $unit, meaning: $meaning }),+];
+        &[$(Column { name: $name, unit: $unit, meaning: $meaning }),+]
     };
 }
 
-columns! {
+/// The figures that a study has unless it says which, in the order of the results.
+pub const COLUMNS: &[Column] = columns! {
     "psnr_db" "dB" "PSNR against f64; null where no shown value differs";
     "max_lsb8" "8-bit steps" "largest difference from f64";
     "mean_lsb8" "8-bit steps" "mean difference from f64";
@@ -63,18 +63,75 @@ columns! {
     "rom_bits" "bits" "tables";
     "register_bits" "bits" "named registers, pipeline copies and accumulators that are modelled";
     "unmodelled" "" "parts that the cost model lists as not modelled";
+};
+
+/// Figures that only a study has that names them: they take time of their own, or say little but to a certain question.
+pub const ASKED: &[Column] = columns! {
+    "max_iterations_share" "" "HIT: share of rays whose search ran out of look-ups";
+    "overshot_share" "" "HIT: share of rays with a look-up behind the surface";
+    "direction_p99_deg" "degrees" "HIT: 99th percentile of the angle to what the ray really meets";
+    "surface_median_deg" "degrees" "HIT: median angle between the found hit and the first one on the impostor's own surface";
+    "surface_p95_deg" "degrees" "HIT: 95th percentile";
+    "surface_p99_deg" "degrees" "HIT: 99th percentile";
+    "surface_max_deg" "degrees" "HIT: the largest";
+    "hit_colour_lsb8" "8-bit steps" "HIT: RMS difference of the impostor's colours at the found and at the real hit";
+    "footprint_disc_psnr_db" "dB" "HIT: real hits, a Gaussian over the cone's disc, against supersampled rays";
+    "footprint_plane_psnr_db" "dB" "HIT: the same over the disc's cut with the wall";
+    "footprint_mirror_psnr_db" "dB" "HIT: the same over the mirror's own change of direction";
+    "footprint_differential_psnr_db" "dB" "HIT: the same over the hit's change from pixel to pixel";
+    "footprint_rays_lsb8" "8-bit steps" "HIT: RMS error of those supersampled rays";
+};
+
+macro_rules! by_others {
+    ($($name:literal $unit:literal $meaning:literal;)+) => {
+        /// Figures of the same rays by other searches; a study names them as well.
+        const OTHERS: &[Column] = &[
+            $(Column {
+                name: concat!("f64_", $name),
+                unit: $unit,
+                meaning: concat!("HIT, the search of f64: ", $meaning),
+            },)+
+            $(Column {
+                name: concat!("march_", $name),
+                unit: $unit,
+                meaning: concat!("HIT, a march of 32 steps and 6 halvings: ", $meaning),
+            },)+
+        ];
+    };
+}
+
+by_others! {
+    "look_ups_per_ray" "" "distance look-ups";
+    "converged_share" "" "share of rays that converged";
+    "max_iterations_share" "" "share of rays that ran out of look-ups";
+    "overshot_share" "" "share of rays with a look-up behind the surface";
+    "direction_median_deg" "degrees" "median angle to what the ray really meets";
+    "direction_p95_deg" "degrees" "95th percentile";
+    "direction_p99_deg" "degrees" "99th percentile";
+    "direction_max_deg" "degrees" "the largest";
+    "false_far_share" "" "share of rays that converged on a wall behind the one they meet";
+    "surface_median_deg" "degrees" "median angle to the first hit on the impostor's own surface";
+    "surface_p95_deg" "degrees" "95th percentile";
+    "surface_p99_deg" "degrees" "99th percentile";
+    "surface_max_deg" "degrees" "the largest";
+    "hit_colour_lsb8" "8-bit steps" "RMS difference of the impostor's colours at the found and at the real hit";
+}
+
+/// Every figure, in the order of the results.
+pub fn columns() -> impl Iterator<Item = &'static Column> {
+    [COLUMNS, ASKED, OTHERS].into_iter().flatten()
 }
 
 /// Whether there is a figure of that name.
 #[must_use]
 pub fn is_column(name: &str) -> bool {
-    COLUMNS.iter().any(|c| c.name == name)
+    columns().any(|c| c.name == name)
 }
 
 /// The names of all figures.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
-    COLUMNS.iter().map(|c| c.name).collect()
+    columns().map(|c| c.name).collect()
 }
 
 /// The figures of one picture by one unit; what does not apply is not there.
@@ -82,10 +139,25 @@ pub fn names() -> Vec<&'static str> {
 pub struct Measures(Vec<(&'static str, Option<f64>)>);
 
 impl Measures {
-    /// Adds a figure. A name that [`COLUMNS`] has not is a mistake of this program and shows in tests.
+    /// Adds a figure. A name that [`columns`] has not is a mistake of this program and shows in tests.
     pub fn put(&mut self, name: &'static str, value: f64) {
         debug_assert!(is_column(name), "{name}");
         self.0.push((name, Some(value)));
+    }
+
+    /// Adds a figure that is null where two pictures do not differ.
+    pub fn put_db(&mut self, name: &'static str, value: Option<f64>) {
+        debug_assert!(is_column(name), "{name}");
+        self.0.push((name, value));
+    }
+
+    /// Adds a figure of a search: `searcher` is the beginning of its name.
+    pub fn put_of(&mut self, searcher: &str, name: &str, value: f64) {
+        let found = columns().find(|c| c.name.strip_prefix(searcher) == Some(name));
+        debug_assert!(found.is_some(), "{searcher}{name}");
+        if let Some(column) = found {
+            self.put(column.name, value);
+        }
     }
 
     /// Adds the distance of two pictures.
@@ -97,7 +169,7 @@ impl Measures {
                 ["psnr_db", "mean_lsb8", "share_over_1_lsb8"]
             }
         };
-        self.0.push((names[0], pair.psnr_db));
+        self.put_db(names[0], pair.psnr_db);
         self.put(names[1], pair.mean_lsb8);
         self.put(names[2], pair.share_over_1_lsb8);
         if rung == Rung::F64 {
@@ -113,14 +185,12 @@ impl Measures {
         self.0.iter().find(|(n, _)| *n == name).and_then(|(_, v)| *v)
     }
 
-    /// As JSON in the order of [`COLUMNS`], those of `kept` alone unless it is empty.
+    /// Those of `kept` as JSON, in the order of [`columns`].
     #[must_use]
     pub fn to_json(&self, kept: &[String]) -> Map<String, Value> {
         let mut out = Map::new();
-        for column in COLUMNS {
-            let wanted = kept.is_empty() || kept.iter().any(|k| k == column.name);
-            let found = self.0.iter().find(|(name, _)| *name == column.name);
-            if let (true, Some((name, value))) = (wanted, found) {
+        for column in columns().filter(|column| kept.iter().any(|k| k == column.name)) {
+            if let Some((name, value)) = self.0.iter().find(|(name, _)| *name == column.name) {
                 out.insert((*name).into(), value.map_or(Value::Null, number));
             }
         }

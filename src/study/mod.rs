@@ -3,6 +3,7 @@
 pub mod axis;
 pub mod bench;
 pub mod cost;
+mod footprints;
 pub mod front;
 pub mod measures;
 pub mod plan;
@@ -12,5 +13,6 @@ pub mod report;
 pub mod rows;
 pub mod runner;
 mod scene;
+pub mod searches;
 pub mod size;
 pub mod store;

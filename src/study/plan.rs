@@ -8,9 +8,11 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 use super::axis::{Axis, Values};
+use super::measures::{COLUMNS, names};
 use super::read::Reader;
 use crate::base::hash::{hash_text, text_hash};
 use crate::base::num;
+use crate::conformance::suite::matches;
 use crate::engine::Rung;
 use crate::error::InputError;
 use crate::scene::registry::find;
@@ -89,7 +91,7 @@ pub struct Plan {
     pub axes: Vec<Axis>,
     /// The figure that units are judged by; PSNR against truth, else f64, if not given.
     pub error: Option<String>,
-    /// Columns to keep; all if empty.
+    /// Columns to keep.
     pub metrics: Vec<String>,
     /// Hash of the file's text and of the unit: results of one study have the same.
     pub hash: String,
@@ -171,7 +173,10 @@ impl Plan {
             seed: num::u64(seed),
             axes,
             error: figures(&r, root, "error")?.pop(),
-            metrics: figures(&r, root, "metrics")?,
+            metrics: match figures(&r, root, "metrics")? {
+                none if none.is_empty() => COLUMNS.iter().map(|c| c.name.into()).collect(),
+                named => named,
+            },
             hash: hash_text(text_hash(&format!("{}\n{text}", unit.hash()))),
             unit,
         };
@@ -325,15 +330,17 @@ fn against(r: &Reader<'_>, root: &DeTable<'_>) -> Result<Vec<Rung>, InputError> 
     Ok(out)
 }
 
-/// Names of figures.
+/// Names of figures; `*` stands for any characters.
 fn figures(r: &Reader<'_>, root: &DeTable<'_>, key: &str) -> Result<Vec<String>, InputError> {
     let mut out = Vec::new();
-    for (name, offset) in r.texts(root, key)? {
-        if !super::measures::is_column(&name) {
-            let expected = format!("one of {}", super::measures::names().join(", "));
-            return Err(r.at(offset, key, expected, format!("`{name}`")));
+    for (pattern, offset) in r.texts(root, key)? {
+        let before = out.len();
+        let named = names().into_iter().filter(|name| matches(&pattern, name));
+        out.extend(named.map(String::from));
+        if out.len() == before {
+            let expected = format!("one of {}", names().join(", "));
+            return Err(r.at(offset, key, expected, format!("`{pattern}`")));
         }
-        out.push(name);
     }
     Ok(out)
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::measures::{COLUMNS, Measures};
+use super::measures::{Measures, columns};
 use super::plan::{Place, Plan};
 use super::points::Point;
 use crate::engine::Rung;
@@ -24,9 +24,8 @@ fn json_of(value: &KnobValue) -> Value {
 #[must_use]
 pub fn header(plan: &Plan, points: usize, cost: &str) -> Value {
     let axes: Vec<Value> = plan.axes.iter().map(|a| json!(a.paths)).collect();
-    let columns: Vec<Value> = COLUMNS
-        .iter()
-        .filter(|c| plan.metrics.is_empty() || plan.metrics.iter().any(|m| m == c.name))
+    let columns: Vec<Value> = columns()
+        .filter(|c| plan.metrics.iter().any(|m| m == c.name))
         .filter(|c| {
             let rung = c.name.split('_').next().unwrap_or("");
             let other = |r: Rung| r.name() == rung && !plan.against.contains(&r);

@@ -31,7 +31,8 @@ fn distances_are_refused_where_no_scene_reads_them() {
 
 #[test]
 fn impostor_says_what_it_needs() {
-    tapline(&["impostor"]).refused(&["a scene", "impostor study room"]);
+    tapline(&["impostor"]).refused(&["a scene", "impostor room -o"]);
+    tapline(&["impostor", "study", "room"]).refused(&["removed", "tapline study", "hit.md"]);
     tapline(&["impostor", "room"]).refused(&["-o"]);
     tapline(&["impostor", "room", "-o", "x.png"]).refused(&["x.png", ".exr"]);
     tapline(&["impostor", "sphere", "-o", "x.exr"]).refused(&["room, columns, doorway"]);

@@ -8,6 +8,7 @@ mod images;
 mod output;
 mod run;
 mod size;
+mod study_asked;
 mod study_report;
 mod study_results;
 mod tex;

@@ -147,6 +147,7 @@ fn figures_with_and_without_reuse_are_the_same() {
             exposure: 0.0,
             cost: CostModel::default(),
             reuse,
+            figures: Vec::new(),
         };
         let (mut keeps, mut forgets) = (Bench::new(scene()), Bench::new(scene()));
         let mut seen = Vec::new();

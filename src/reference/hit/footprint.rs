@@ -22,7 +22,8 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// t1 = unit(e_k × R), k the smallest |R_k| (ties z, y, x), and t2 = R × t1.
-fn basis(r: [f64; 3]) -> [[f64; 3]; 2] {
+#[must_use]
+pub fn basis(r: [f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = r;
     let t1 = unit(beside(r));
     let t2 = [y * t1[2] - z * t1[1], z * t1[0] - x * t1[2], x * t1[1] - y * t1[0]];
@@ -30,7 +31,8 @@ fn basis(r: [f64; 3]) -> [[f64; 3]; 2] {
 }
 
 /// The tangents moved along R onto the wall's plane, |⟨n,R⟩| at least 1/max_probes.
-fn onto_plane(r: [f64; 3], t: [[f64; 3]; 2], n: [f64; 3], max_probes: u32) -> [[f64; 3]; 2] {
+#[must_use]
+pub fn onto_plane(r: [f64; 3], t: [[f64; 3]; 2], n: [f64; 3], max_probes: u32) -> [[f64; 3]; 2] {
     let n = unit(n);
     let cosine = dot(n, r);
     let least = 1.0 / f64::from(max_probes.max(1));

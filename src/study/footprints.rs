@@ -4,61 +4,40 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::base::vector::unit;
 use crate::cube::{CubeMap, FACE_AXES, face_uv};
+use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::picture::Picture;
+use crate::reference::hit::{basis, onto_plane};
 use crate::reference::{Env, Flags, Texture, ewa_counted};
+use crate::report::metrics;
 use crate::scene::hit::HitScene;
 use crate::truth::texels::PaddedCube;
 use crate::truth::{TruthOptions, TruthPicture, supersample};
 
 /// What spans the footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Footprint {
+enum Footprint {
     /// |w|·[t1 t2] across the ray.
     Disc,
     /// The disc's cut with the wall, stretched at most by the unit's 16 probes.
     Plane,
     /// The change of R alone, as if the wall were infinitely far: |l|·[∂R/∂x ∂R/∂y].
-    Surface,
+    Mirror,
     /// The change of the real hit over a pixel; the disc where the pixel meets two walls.
     Differential,
 }
 
-impl Footprint {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Disc, Self::Plane, Self::Surface, Self::Differential];
-
-    /// Its name in results.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Disc => "disc",
-            Self::Plane => "plane",
-            Self::Surface => "surface",
-            Self::Differential => "differential",
-        }
-    }
-}
-
-/// Two unit vectors across a unit vector: t1 = unit(e_k × R) for the smallest |R_k| (ties z, y, x), t2 =
-/// R × t1.
-#[must_use]
-pub fn across(r: DVec3) -> [DVec3; 2] {
-    let mut k = 2;
-    for axis in [1, 0] {
-        if r[axis].abs() < r[k].abs() {
-            k = axis;
-        }
-    }
-    let t1 = unit(DVec3::AXES[k].cross(r));
-    [t1, r.cross(t1)]
-}
+/// All of them, with the figure that each has.
+const FOOTPRINTS: [(Footprint, &str); 4] = [
+    (Footprint::Disc, "footprint_disc_psnr_db"),
+    (Footprint::Plane, "footprint_plane_psnr_db"),
+    (Footprint::Mirror, "footprint_mirror_psnr_db"),
+    (Footprint::Differential, "footprint_differential_psnr_db"),
+];
 
 /// Face, u, v and K of a footprint spanned by two changes of l.
-#[must_use]
-pub fn spanned(l: DVec3, columns: [DVec3; 2]) -> Env {
+fn spanned(l: DVec3, columns: [DVec3; 2]) -> Env {
     let (face, u, v) = face_uv(l.to_array());
     let [(s, s_sign), (t, t_sign), (m, m_sign)] = FACE_AXES[face];
     let major = l[m].abs();
@@ -104,8 +83,7 @@ fn differences(
 
 /// The picture of real hits whose footprints are filtered by the elliptical Gaussian on the impostor's
 /// texels.
-#[must_use]
-pub fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
+fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
     let texture = Texture::new(map);
     let pixels = scene.pixels();
     let colours: Vec<[f64; 3]> = pixels
@@ -114,21 +92,18 @@ pub fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
             let [px, py] = pixel.map(|c| f64::from(c) + 0.5);
             let one = || {
                 let ray = first(scene, px, py)?;
-                let r = DVec3::from(ray.r);
-                let sight = scene.view.world.look(ray.x.into(), r)?;
+                let sight = scene.view.world.look(ray.x.into(), ray.r.into())?;
                 let [angle, width] = ray.cone?;
                 let w = (width + angle * sight.meeting.t).abs();
-                let disc = across(r).map(|t| t * w);
+                let disc = basis(ray.r).map(|t| DVec3::from(t) * w);
                 let l = sight.point;
                 let columns = match kind {
                     Footprint::Disc => disc,
                     Footprint::Plane => {
-                        let n = sight.meeting.normal;
-                        let towards = n.dot(r);
-                        let bounded = towards.abs().max(1.0 / 16.0).copysign(towards);
-                        disc.map(|t| t - r * (n.dot(t) / bounded))
+                        let normal = sight.meeting.normal.to_array();
+                        onto_plane(ray.r, disc.map(|t| t.to_array()), normal, 16).map(DVec3::from)
                     }
-                    Footprint::Surface => {
+                    Footprint::Mirror => {
                         let change = |ray: HitFragment| Some(DVec3::from(ray.r) * l.length());
                         differences(scene, [px, py], &change).unwrap_or(disc)
                     }
@@ -153,8 +128,7 @@ pub fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
 }
 
 /// Real rays through every pixel, that read the impostor's texels: what the footprints approximate.
-#[must_use]
-pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> TruthPicture {
+fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> TruthPicture {
     let colours = PaddedCube::new(&map.levels[0]);
     let shade = |px: f64, py: f64| {
         let ray = first(scene, px, py)?;
@@ -168,6 +142,22 @@ pub fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> 
     };
     let pixels = scene.pixels();
     supersample([scene.width, scene.height], &pixels, &shade, options, &|_| {})
+}
+
+/// Figures by name: each footprint's PSNR against supersampled rays, and the error of those as they are shown.
+pub(super) fn figures(
+    scene: &HitScene,
+    map: &CubeMap,
+    options: &TruthOptions,
+    exposure: f64,
+) -> Result<Vec<(&'static str, Option<f64>)>, InputError> {
+    let truth = supersampled(scene, map, options);
+    let mut out = vec![("footprint_rays_lsb8", Some(255.0 * truth.rms_display_error))];
+    for (kind, figure) in FOOTPRINTS {
+        let pair = metrics::compare(&filtered(scene, map, kind), &truth.picture, exposure)?;
+        out.push((figure, pair.psnr_db));
+    }
+    Ok(out)
 }
 
 #[cfg(test)]
@@ -190,16 +180,6 @@ mod tests {
                 // Central differences: h² of curvature and 1e-16/h of rounding.
                 assert!(((u1 - u0) / (2.0 * h) - got.d[0][j]).abs() < 1e-9);
                 assert!(((v1 - v0) / (2.0 * h) - got.d[1][j]).abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn the_two_vectors_across_a_ray_are_orthonormal() {
-        for r in [DVec3::X, DVec3::NEG_Z, dvec3(0.48, 0.6, 0.64), dvec3(0.6, -0.8, 0.0)] {
-            let [a, b] = across(r);
-            for (x, y, want) in [(a, a, 1.0), (b, b, 1.0), (a, b, 0.0), (a, r, 0.0), (b, r, 0.0)] {
-                assert!((x.dot(y) - want).abs() < 1e-15);
             }
         }
     }

@@ -1,0 +1,85 @@
+//! Figures that are there only where a study names them.
+
+use std::fs;
+
+use crate::cli_support::{command, tapline};
+use serde_json::{Map, Value};
+
+/// The header and the rows of a study.
+fn run(text: &str) -> (Value, Vec<Map<String, Value>>) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("s.toml"), text).unwrap();
+    let output =
+        command().current_dir(folder.path()).args(["study", "s.toml", "--out", "r"]).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let results = fs::read_to_string(folder.path().join("r/results.jsonl")).unwrap();
+    let mut lines = results.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
+    let header = lines.next().unwrap();
+    let rows = lines.map(|row| row["metrics"].as_object().unwrap().clone()).collect();
+    (header, rows)
+}
+
+/// A number of a row.
+fn figure(row: &Map<String, Value>, name: &str) -> f64 {
+    row.get(name).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {name} in {row:?}"))
+}
+
+const ROOM: &str = r#"
+scenes = ["room"]
+size = "24x24"
+face_sizes = [64]
+[set]
+"hit.method" = "secant"
+[[axis]]
+path = "hit.iterations"
+list = [1, 8]
+"#;
+
+#[test]
+fn a_study_has_the_usual_figures_unless_it_names_others() {
+    let (header, rows) = run(ROOM);
+    let columns = header["columns"].as_array().unwrap();
+    let named = |part: &str| columns.iter().any(|c| c["name"].as_str().unwrap().contains(part));
+    assert!(named("direction_p95_deg") && rows[0].contains_key("direction_p95_deg"));
+    for asked in ["march_", "surface_", "f64_", "footprint_", "direction_p99"] {
+        assert!(!named(asked) && rows[0].keys().all(|k| !k.contains(asked)), "{asked}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    fs::write(&path, format!("metrics = [\"marsh_*\"]\n{ROOM}")).unwrap();
+    tapline(&["study", path.to_str().unwrap()]).refused(&["line 1", "`marsh_*`"]);
+}
+
+#[test]
+fn searches_are_measured_against_the_impostors_surface_and_a_march() {
+    let metrics =
+        r#"metrics = ["*direction_*", "*surface_*", "*look_ups*", "*hit_colour*", "*far*"]"#;
+    let (_, rows) = run(&format!("{metrics}\n{ROOM}"));
+    for row in &rows {
+        // 38 look-ups at most, and the last step halved six times.
+        let march = figure(row, "march_look_ups_per_ray");
+        assert!(march > 7.0 && march < 38.0);
+        assert!(figure(row, "march_surface_median_deg") < 0.05);
+        // The default words follow the float reference: by less than 0.1° of 99 rays in 100, as tests/hit/room.rs holds.
+        let [mine, theirs] =
+            ["surface_p95_deg", "f64_surface_p95_deg"].map(|name| figure(row, name));
+        assert!(mine > 0.0 && (mine - theirs).abs() < 0.1, "{mine} {theirs}");
+    }
+    // One look-up is worse than the march, eight by the secant are better.
+    for name in ["surface_p95_deg", "surface_p99_deg", "direction_p95_deg", "hit_colour_lsb8"] {
+        let march = figure(&rows[0], &format!("march_{name}"));
+        let [short, long] = [&rows[0], &rows[1]].map(|row| figure(row, name));
+        assert!(short > march && march > long && long > 0.0, "{name}: {short} {march} {long}");
+    }
+}
+
+#[test]
+fn the_differential_of_the_hit_is_the_best_footprint_in_a_room() {
+    let (_, rows) = run(&format!("metrics = [\"footprint_*\"]\nsamples = 64\n{ROOM}"));
+    let of = |kind: &str| figure(&rows[0], &format!("footprint_{kind}_psnr_db"));
+    assert!(of("differential") > of("plane") && of("plane") > of("disc"));
+    assert!(of("disc") > of("mirror") && of("mirror") > 15.0, "{rows:?}");
+    assert!(figure(&rows[0], "footprint_rays_lsb8") < 4.0);
+    assert_eq!(rows[0], rows[1], "no unit changes them");
+}
