@@ -8,7 +8,6 @@ pub use rtl_model::policy;
 pub mod base;
 pub mod caustic;
 pub mod cli;
-pub mod cone_study;
 pub mod conformance;
 pub mod cube;
 pub mod distance;

@@ -43,6 +43,9 @@ pub(super) struct SceneArgs {
     /// 2-D texture of the floor in scenes with ray cones: EXR, HDR, PNG or JPEG.
     #[arg(long, value_name = "FILE")]
     pub(super) texture: Option<PathBuf>,
+    /// Light of these bounces alone in scenes with ray cones; paths go on to the last however little they weigh.
+    #[arg(long, value_name = "FIRST-LAST", value_parser = crate::study::plan::bounces)]
+    pub(super) bounces: Option<[u32; 2]>,
     /// Bump map: a height map (grey) or tangent-space normals (RGB).
     #[arg(long, value_name = "FILE")]
     pub(super) bump: Option<PathBuf>,
@@ -76,6 +79,7 @@ impl SceneArgs {
         Self {
             env: None,
             texture: None,
+            bounces: None,
             bump: None,
             bump_scale: None,
             face_size: None,
@@ -87,17 +91,19 @@ impl SceneArgs {
         }
     }
 
-    /// Refuses `--texture` where nothing would read it.
+    /// Refuses `--texture` and `--bounces` where nothing would read them.
     pub(super) fn refuse_texture(&self) -> Result<(), InputError> {
-        match &self.texture {
-            None => Ok(()),
-            Some(_) => Err(InputError::new(
-                "--texture",
-                "a scene with ray cones",
-                "one that has no 2-D texture",
-                format!("leave it out, or choose one of {}", names(TEX_SCENES)),
-            )),
-        }
+        let flag = match (&self.texture, self.bounces) {
+            (None, None) => return Ok(()),
+            (Some(_), _) => "--texture",
+            (None, Some(_)) => "--bounces",
+        };
+        Err(InputError::new(
+            flag,
+            "a scene with ray cones",
+            "one that has no 2-D texture",
+            format!("leave it out, or choose one of {}", names(TEX_SCENES)),
+        ))
     }
 
     /// Refuses `--distance` where nothing would read it.

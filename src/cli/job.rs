@@ -153,7 +153,8 @@ impl Job {
             Operation::Tex => {
                 let options = subject::options(args)?;
                 let floor = subject::load_texture(args)?;
-                let scene = tex::build(name, &options, floor)?;
+                let mut scene = tex::build(name, &options, floor)?;
+                args.bounces.into_iter().for_each(|bounces| scene.show_only(bounces));
                 scene.notes.iter().for_each(|note| super::note(note));
                 let sky = subject::load_sky(args)?;
                 Ok(Self::Tex(Box::new(TexSubject::new(scene, sky))))

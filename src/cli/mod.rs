@@ -7,7 +7,6 @@ mod bump_file;
 mod compare;
 mod compare_files;
 mod compare_tables;
-mod cones;
 mod conform;
 mod conform_extremes;
 mod cost;
@@ -121,8 +120,6 @@ enum Command {
     Size(size::Args),
     /// Write a scene's distance impostor.
     Impostor(impostor::Args),
-    /// Study ray cones: tiles, formats, the constant gradient on a cube map.
-    Cones(cones::Args),
     /// Run named suites of seeded cases on every engine.
     Conform(conform::Args),
     /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
@@ -155,7 +152,6 @@ pub fn run() -> ExitCode {
         Command::Cost(args) => cost::run(args),
         Command::Size(args) => size::run(args),
         Command::Impostor(args) => impostor::run(args),
-        Command::Cones(args) => cones::run(args),
         Command::Conform(args) => conform::run(args),
         Command::Budget(args) => budget::run(args),
         Command::Fingerprint(args) => fingerprint::run(args),

@@ -3,10 +3,14 @@
 use crate::error::InputError;
 
 /// The first words of each command, and where its figures are.
-const REMOVED: [(&[&str], &str); 1] = [(
-    &["impostor", "study"],
-    "its figures are those of `tapline study`, see docs/studies/hit.md and hit-search.toml beside it",
-)];
+const REMOVED: [(&[&str], &str); 3] = [
+    (&["impostor", "study"], "run `tapline study` with hit-search.toml, see docs/studies/hit.md"),
+    (&["cones", "cube"], "trace `hit` lines with a cone and `cone.env`, see docs/studies/cones.md"),
+    (
+        &["cones"],
+        "run `tapline study` with cones-tiles.toml or cones-bounces.toml, see docs/studies/cones.md",
+    ),
+];
 
 /// Names the replacement of a command that is gone.
 pub(super) fn check(words: impl Iterator<Item = std::ffi::OsString>) -> Result<(), InputError> {

@@ -100,6 +100,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         size: args.size,
         env: args.env.clone(),
         face_size: args.face_size,
+        bounces: None,
     };
     let built = scene(&place, args.exposure, &base.settings(args.reference_axis))?;
     if built.fragments() == 0 {

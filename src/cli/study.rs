@@ -192,6 +192,7 @@ pub(super) fn scene(
     let args = SceneArgs {
         env: place.env.clone(),
         face_size: place.face_size,
+        bounces: place.bounces,
         size: place.size,
         exposure,
         ..SceneArgs::plain()

@@ -14,7 +14,7 @@ pub mod reuse;
 pub mod rtl;
 pub mod sampler;
 pub mod tex;
-mod tex_requests;
+pub(crate) mod tex_requests;
 mod tex_row;
 pub mod tex_subject;
 pub mod tiles;

@@ -177,7 +177,7 @@ pub(super) struct AskedF64 {
 }
 
 /// The paths of a row: column, number of the path in the picture, path.
-pub(super) fn scene_row(scene: &TexScene, y: usize, each: &mut dyn FnMut(usize, u64, &Path)) {
+pub(crate) fn scene_row(scene: &TexScene, y: usize, each: &mut dyn FnMut(usize, u64, &Path)) {
     let mut path = Path::default();
     for column in 0..scene.width {
         let at = [column, y].map(|n| n as f64 + 0.5);

@@ -11,6 +11,7 @@ use crate::engine::reuse::Saved;
 use crate::engine::reuse::lines::{Apart, Line, RtlLine, quantile};
 use crate::engine::reuse::tex::KeptTex;
 use crate::engine::reuse::{KeptEnv, KeptHit};
+use crate::engine::tiles::Tiles;
 use crate::engine::{Rendering, Rung};
 use crate::error::InputError;
 use crate::picture::Picture;
@@ -21,11 +22,11 @@ use crate::unit::UnitSpec;
 
 use super::cost::CostModel;
 use super::cost::texels::{TexelUse, Walk};
-use super::footprints;
 use super::measures::Measures;
 pub use super::scene::Scene;
 use super::scene::render_reference;
 use super::searches::RealRays;
+use super::{cones, footprints};
 
 /// What a bench keeps of the units before.
 #[derive(Debug)]
@@ -189,6 +190,21 @@ impl Bench {
         }
         self.compare_lines(settings, how, &mut measures);
         self.compare_hits(settings, &results, how, &mut measures)?;
+        if let (Scene::Tex(subject), true) =
+            (&self.scene, how.wants("cone_lod") || how.wants("texture_requests"))
+        {
+            for (name, value) in cones::figures(subject, spec, settings) {
+                measures.put(name, value);
+            }
+        }
+        if let Some(used) = &rendering.texture_use {
+            let counts = used.tiles.iter().map(Tiles::counts);
+            let finest = counts.map(|c| c.first().copied().unwrap_or(0)).sum::<usize>();
+            measures
+                .put("texture_tiles", used.tiles.iter().map(Tiles::total).sum::<usize>() as f64);
+            measures.put("texture_tiles_level_0", finest as f64);
+        }
+        measures.put("requests", self.scene.fragments() as f64);
         let fragments = self.scene.fragments().max(1) as f64;
         measures.put("flagged_share", rendering.flags.values().sum::<u64>() as f64 / fragments);
         let probes = rendering.probes as f64 / fragments;
@@ -287,6 +303,7 @@ impl Bench {
             return;
         }
         if !widths.is_empty() {
+            measures.put("cone_width_median", quantile(&widths, 50));
             measures.put("cone_width_p95", quantile(&widths, 95));
             measures.put("cone_width_max", quantile(&widths, 100));
         }

@@ -43,7 +43,7 @@ fn scores(row: &Value, error: &str) -> Option<[f64; 3]> {
 }
 
 fn place(row: &Value) -> String {
-    ["scene", "size", "env", "face_size"]
+    ["scene", "size", "env", "face_size", "bounces"]
         .map(|k| row.get(k).map(ToString::to_string).unwrap_or_default())
         .join(" ")
 }

@@ -79,6 +79,17 @@ pub const ASKED: &[Column] = columns! {
     "footprint_plane_psnr_db" "dB" "HIT: the same over the disc's cut with the wall";
     "footprint_mirror_psnr_db" "dB" "HIT: the same over the mirror's own change of direction";
     "footprint_differential_psnr_db" "dB" "HIT: the same over the hit's change from pixel to pixel";
+    "requests" "" "fragments, rays or requests that the picture takes";
+    "texture_requests" "" "TEX: requests to textures";
+    "texture_tiles" "" "TEX: distinct tiles of textures touched, without the environment's";
+    "texture_tiles_level_0" "" "TEX: those of level 0";
+    "cone_width_median" "" "TEX: median of the cone's relative error in width at textures";
+    "cone_lod_median" "levels" "TEX: median error in the level of detail by the cone's registers alone";
+    "cone_lod_p95" "levels" "TEX: 95th percentile";
+    "cone_lod_p99" "levels" "TEX: 99th percentile";
+    "cone_lod_max" "levels" "TEX: the largest";
+    "cone_lod_bias" "levels" "TEX: mean of that error with its sign";
+    "cone_lod_far_share" "" "TEX: share of requests two levels or more off by the cone's registers alone";
     "footprint_rays_lsb8" "8-bit steps" "HIT: RMS error of those supersampled rays";
 };
 

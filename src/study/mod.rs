@@ -2,6 +2,7 @@
 
 pub mod axis;
 pub mod bench;
+mod cones;
 pub mod cost;
 mod footprints;
 pub mod front;

@@ -15,6 +15,7 @@ use crate::base::num;
 use crate::conformance::suite::matches;
 use crate::engine::Rung;
 use crate::error::InputError;
+use crate::operation::Operation;
 use crate::scene::registry::find;
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
@@ -58,6 +59,23 @@ pub struct Place {
     pub env: Option<PathBuf>,
     /// Texels along an edge of the cube map (or of the texture); the scene's default if not given.
     pub face_size: Option<usize>,
+    /// First and last bounce whose light alone is seen.
+    pub bounces: Option<[u32; 2]>,
+}
+
+/// Most bounces of a path.
+const MOST_BOUNCES: u32 = 256;
+
+/// A bounce, or the first and the last of several: `8`, `8-15`.
+///
+/// # Errors
+/// What was expected.
+pub fn bounces(text: &str) -> Result<[u32; 2], String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.parse(), last.parse()) {
+        (Ok(first), Ok(last)) if first <= last && last <= MOST_BOUNCES => Ok([first, last]),
+        _ => Err(format!("a bounce or FIRST-LAST, up to {MOST_BOUNCES}, such as 8-15")),
+    }
 }
 
 /// A study, as its file says.
@@ -197,6 +215,7 @@ const KEYS: &[&str] = &[
     "sizes",
     "envs",
     "face_sizes",
+    "bounces",
     "reference_axis",
     "against",
     "samples",
@@ -250,7 +269,7 @@ fn flatten(
     Ok(())
 }
 
-/// Scenes × environments × face sizes × sizes.
+/// Scenes × environments × face sizes × sizes × bounces.
 fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place>, InputError> {
     let scenes = r.texts(root, "scenes")?;
     if scenes.is_empty() {
@@ -297,17 +316,31 @@ fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place
     if faces.is_empty() {
         faces.push(None);
     }
+    let range = |(text, offset): &(String, usize)| {
+        bounces(text).map_err(|expected| r.at(*offset, "bounces", expected, format!("`{text}`")))
+    };
+    let flat = |scene: &str| find(scene).is_ok_and(|info| info.operation() != Operation::Tex);
+    let texts = r.texts(root, "bounces")?;
+    let mut parts =
+        texts.iter().map(|text| range(text).map(Some)).collect::<Result<Vec<_>, _>>()?;
+    if parts.is_empty() {
+        parts.push(None);
+    } else if let Some((scene, offset)) = scenes.iter().find(|(scene, _)| flat(scene)) {
+        let expected = "scenes with ray cones, which have bounces";
+        return Err(r.at(*offset, "scenes", expected, format!("`{scene}`")));
+    }
     let mut out = Vec::new();
     for (scene, _) in &scenes {
         for env in &envs {
             for face_size in &faces {
                 for size in &sizes {
-                    out.push(Place {
+                    out.extend(parts.iter().map(|bounces| Place {
                         scene: scene.clone(),
                         size: *size,
                         env: env.clone(),
                         face_size: *face_size,
-                    });
+                        bounces: *bounces,
+                    }));
                 }
             }
         }

@@ -75,6 +75,9 @@ pub fn row(
     out.insert("size".into(), json!([place.size.0, place.size.1]));
     out.insert("env".into(), json!(place.env.as_ref().map(|p| p.display().to_string())));
     out.insert("face_size".into(), json!(place.face_size));
+    if let Some([first, last]) = place.bounces {
+        out.insert("bounces".into(), json!(format!("{first}-{last}")));
+    }
     let set: Map<String, Value> =
         point.sets.iter().map(|(path, v)| (path.clone(), json_of(v))).collect();
     out.insert("set".into(), Value::Object(set));
@@ -112,6 +115,7 @@ pub fn command(plan: &Plan, place: &Place, point: &Point) -> String {
     };
     option("--env", place.env.as_ref().map(|p| p.display().to_string()));
     option("--face-size", place.face_size.map(|n| n.to_string()));
+    option("--bounces", place.bounces.map(|[first, last]| format!("{first}-{last}")));
     let table = plan.reference_axis == ReferenceAxis::Table;
     option("--reference-axis", table.then(|| "table".into()));
     let truth = plan.against.contains(&Rung::Truth) && plan.samples != 256;
@@ -156,7 +160,9 @@ pub fn csv(header: &Value, rows: &[Value]) -> String {
             .collect()
     };
     let (axes, columns) = (names("axes", None), names("columns", Some("name")));
-    let fixed = ["row", "point", "scene", "width", "height", "env", "face_size"];
+    let mut fixed = vec!["row", "point", "scene", "width", "height", "env", "face_size"];
+    // Only where a study names bounces.
+    fixed.extend(rows.iter().any(|row| row.get("bounces").is_some()).then_some("bounces"));
     let head = fixed.iter().map(ToString::to_string).chain(axes.clone()).chain(columns.clone());
     let tail = ["refused", "unit_hash", "command"];
     let mut out = line(head.chain(tail.iter().map(ToString::to_string)));
@@ -166,17 +172,14 @@ pub fn csv(header: &Value, rows: &[Value]) -> String {
             row.get(group).and_then(|g| g.get(key)).map(text).unwrap_or_default()
         };
         let size = |i: usize| row.get("size").and_then(|s| s.get(i)).map(text).unwrap_or_default();
-        let cells = [
-            get("row"),
-            get("point"),
-            get("scene"),
-            size(0),
-            size(1),
-            get("env"),
-            get("face_size"),
-        ];
-        let cells = cells
-            .into_iter()
+        let cell = |name: &&str| match *name {
+            "width" => size(0),
+            "height" => size(1),
+            name => get(name),
+        };
+        let cells = fixed
+            .iter()
+            .map(cell)
             .chain(axes.iter().map(|a| inside("set", a)))
             .chain(columns.iter().map(|c| inside("metrics", c)))
             .chain(tail.iter().map(|k| get(k)));

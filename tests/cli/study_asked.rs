@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::cli_support::{command, tapline};
+use crate::run::{command, tapline};
 use serde_json::{Map, Value};
 
 /// The header and the rows of a study.
@@ -82,4 +82,64 @@ fn the_differential_of_the_hit_is_the_best_footprint_in_a_room() {
     assert!(of("disc") > of("mirror") && of("mirror") > 15.0, "{rows:?}");
     assert!(figure(&rows[0], "footprint_rays_lsb8") < 4.0);
     assert_eq!(rows[0], rows[1], "no unit changes them");
+}
+
+const CONES: &str = r#"
+scenes = ["vases"]
+size = "16x16"
+face_sizes = [128]
+bounces = ["0", "1-8"]
+metrics = ["requests", "texture_*", "cone_*", "tiles"]
+mode = "zip"
+[[axis]]
+path = "cone.format"
+list = ["f32", "f16", "bf16", "bf16"]
+[[axis]]
+path = "cone.rounding"
+list = ["rne", "rne", "rne", "truncate"]
+"#;
+
+#[test]
+fn shorter_cones_are_worse_at_every_bounce_and_truncation_is_worst() {
+    let (_, rows) = run(CONES);
+    assert_eq!(rows.len(), 8);
+    for part in rows.chunks(4) {
+        for name in ["cone_lod_p95", "cone_width_p95"] {
+            let errors: Vec<f64> = part.iter().map(|row| figure(row, name)).collect();
+            assert!(errors[0] > 0.0 && errors.is_sorted_by(|a, b| a < b), "{name}: {errors:?}");
+        }
+        // Truncation takes from the width, so that levels are too fine.
+        assert!(figure(&part[3], "cone_lod_bias") < 0.0);
+        let of = |name: &str| figure(&part[0], name);
+        assert!(of("texture_requests") > 0.0 && of("texture_requests") <= of("requests"));
+        assert!(of("texture_tiles") > 0.0 && of("texture_tiles") <= of("tiles"));
+        assert!(of("texture_tiles_level_0") <= of("texture_tiles"));
+    }
+    let deeper = rows[0]["cone_lod_max"].as_f64() < rows[4]["cone_lod_max"].as_f64();
+    assert!(deeper, "errors add up from bounce to bounce");
+}
+
+#[test]
+fn a_row_of_some_bounces_says_so_and_its_command_gives_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("s.toml"), CONES.replace("metrics", "# ")).unwrap();
+    let args = ["study", "s.toml", "--out", "r"];
+    assert!(command().current_dir(folder.path()).args(args).output().unwrap().status.success());
+    let csv = fs::read_to_string(folder.path().join("r/results.csv")).unwrap();
+    assert!(csv.starts_with("row,point,scene,width,height,env,face_size,bounces,"));
+    let results = fs::read_to_string(folder.path().join("r/results.jsonl")).unwrap();
+    let row: Value = serde_json::from_str(results.lines().last().unwrap()).unwrap();
+    assert_eq!(row["bounces"], "1-8");
+    let words: Vec<&str> = row["command"].as_str().unwrap().split(' ').skip(1).collect();
+    assert!(words.windows(2).any(|w| w == ["--bounces", "1-8"]), "{words:?}");
+    let json = tapline(&[&words[..], &["--json", "-"]].concat()).done().json();
+    assert_eq!(json["pairs"][0]["psnr_db"], row["metrics"]["psnr_db"]);
+    let path = folder.path().join("t.toml");
+    for (from, to, parts) in [
+        ("\"vases\"", "\"room\"", &["line 2", "ray cones", "`room`"][..]),
+        ("1-8", "8-1", &["line 5", "`8-1`"]),
+    ] {
+        fs::write(&path, CONES.replace(from, to)).unwrap();
+        tapline(&["study", path.to_str().unwrap()]).refused(parts);
+    }
 }

@@ -102,27 +102,33 @@ fn what_scenes_with_cones_cannot_take_is_refused() {
     tapline(&["compare", "convex", "--set", "cone.count=3"]).refused(&["cone.count"]);
     tapline(&["compare", "convex", "--set", "address.wrap_s=\"tile\""])
         .refused(&["address.wrap_s"]);
-    tapline(&["cones", "formats", "sphere"]).refused(&["sphere"]);
+    tapline(&["compare", "sphere", "--bounces", "1"]).refused(&["--bounces"]);
+    for wrong in ["3-2", "257", "x", "1-", ""] {
+        tapline(&["compare", "convex", "--bounces", wrong]).refused(&["--bounces", "8-15"]);
+    }
 }
 
 #[test]
-fn studies_print_tables_and_json() {
-    let cube = tapline(&["cones", "cube", "--json", "-"]).done().json();
-    assert_eq!(cube["rows"].as_array().unwrap().len(), 17);
-    let small = ["--size", "16x16", "--face-size", "128", "--json", "-"];
-    let mut args = vec!["cones", "formats", "--bounces", "8"];
-    args.extend(small);
-    let formats = tapline(&args).done().json();
-    let rows = formats["rows"].as_array().unwrap();
-    assert!(rows.len() >= 15 && rows.iter().any(|r| r["cones"] == "bf16 truncate"));
-    let error = |name: &str| {
-        let row = rows.iter().find(|r| r["cones"] == name && r["from_bounce"] == 0);
-        row.unwrap()["lod_error"]["p95"].as_f64().unwrap()
+fn light_of_chosen_bounces_is_all_that_a_scene_shows() {
+    let render = |bounces: &[&str]| {
+        let args = ["compare", "vases", "--size", "16x16", "--face-size", "64"];
+        let more = ["--engines", "rtl,f64", "--json", "-"];
+        let value = tapline(&[&args[..], &more, bounces].concat()).done().json();
+        let rtl = &value["engines"]["rtl"];
+        let probes = rtl["probes_per_fragment"].as_f64().unwrap();
+        (probes * value["fragments"].as_f64().unwrap(), value["pairs"][0]["psnr_db"].as_f64())
     };
-    assert!(error("f32") < error("f16") && error("f16") < error("bf16 rne"));
-    assert!(error("bf16 rne") < error("bf16 truncate"));
-    let mut args = vec!["cones", "tiles"];
-    args.extend(small);
-    let tiles = tapline(&args).done().json();
-    assert_eq!(tiles["rows"].as_array().unwrap().len(), 8);
+    let whole = render(&[]).0;
+    // The scene's own 16 bounces in two parts: paths that weigh little go on, so that it takes no fewer probes.
+    let [first, rest] = ["0", "1-16"].map(|part| render(&["--bounces", part]));
+    assert!(first.0 > 0.0 && rest.0 > 0.0 && first.0 < whole);
+    assert!(first.0 + rest.0 >= whole, "{first:?} {rest:?} {whole}");
+    assert!(first.1.unwrap() > 50.0 && rest.1.unwrap() > 50.0);
+}
+
+#[test]
+fn commands_that_are_gone_name_what_is_there() {
+    for study in ["tiles", "formats", "cube"] {
+        tapline(&["cones", study]).refused(&["removed", "docs/studies/cones.md"]);
+    }
 }

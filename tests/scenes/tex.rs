@@ -59,7 +59,7 @@ fn tiles(name: &str, metric: ConeMetric, cones: u32) -> usize {
     used.tiles.iter().map(|t| t.total()).sum()
 }
 
-/// The directions of the note's three comparisons; how far is in docs/studies/ray-cones.md.
+/// The directions of the note's three comparisons; how far is in docs/studies/cones.md.
 #[test]
 fn cones_need_fewer_tiles_where_the_note_says_so() {
     let cone = ConeMetric::Cone;

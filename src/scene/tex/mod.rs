@@ -46,14 +46,27 @@ pub struct TexScene {
     pub samples: u32,
     /// Most bounces of a path.
     pub bounces: u32,
-    /// Whether paths go on however little they still weigh.
-    pub endless: bool,
+    /// First and last bounce whose light alone counts; paths then go on to the last however little they still weigh.
+    pub only: Option<[u32; 2]>,
     /// Surfaces and what they do.
     pub surfaces: Vec<(Shape, Finish)>,
     /// Textures; the first is the floor's.
     pub textures: Vec<PlanarMap>,
     /// What had to be said about the mesh file, if there is one.
     pub notes: Vec<String>,
+}
+
+impl TexScene {
+    /// Leaves the light of the first to the last of these bounces alone.
+    pub fn show_only(&mut self, bounces: [u32; 2]) {
+        self.only = Some(bounces);
+        self.bounces = bounces[1];
+    }
+
+    /// Whether light of a bounce counts.
+    fn shows(&self, bounce: u32) -> bool {
+        self.only.is_none_or(|[first, last]| (first..=last).contains(&bounce))
+    }
 }
 
 /// What a scene holds. A mesh stands in for the main surfaces.
@@ -141,7 +154,7 @@ pub fn build(
         camera: Camera::looking(plan.eye, plan.aim, plan.tangent, size, plan.lens),
         samples: plan.samples,
         bounces: plan.bounces,
-        endless: false,
+        only: None,
         surfaces,
         textures,
         notes,

@@ -91,14 +91,17 @@ impl TexScene {
         path.events.clear();
         let mut weight = 1.0;
         for bounce in 0..=self.bounces {
+            let shown = self.shows(bounce);
             let Some((contact, finish)) = self.meet(origin, direction) else {
-                path.events.push(Event::Sky { direction: direction.to_array(), weight });
+                let sky = Event::Sky { direction: direction.to_array(), weight };
+                path.events.extend(shown.then_some(sky));
                 return;
             };
             let (n, point) = (contact.normal, origin + contact.t * direction);
             path.events.push(Event::Step(Step::Propagate(contact.t)));
             let look = |share: f64| {
                 let (texture, (st, tangents)) = match finish {
+                    _ if !shown => return None,
                     Finish::Lit { texture } | Finish::Glazed { texture, .. } => {
                         (texture, contact.texture?)
                     }
@@ -143,7 +146,7 @@ impl TexScene {
                 }
             }
             origin = point;
-            if weight < LEAST && !self.endless {
+            if weight < LEAST && self.only.is_none() {
                 return;
             }
         }

@@ -28,7 +28,7 @@ pub struct Chart {
 fn place(row: &Value) -> String {
     let size: Vec<String> = list(&row["size"]).iter().map(words).collect();
     let mut out = format!("{}, {}", words(&row["scene"]), size.join(" × "));
-    for (name, key) in [("", "env"), ("face size ", "face_size")] {
+    for (name, key) in [("", "env"), ("face size ", "face_size"), ("bounces ", "bounces")] {
         if !row[key].is_null() {
             out += &format!(", {name}{}", words(&row[key]));
         }

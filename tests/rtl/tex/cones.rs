@@ -2,13 +2,17 @@
 
 use glam::dvec3;
 use rtl_model::fx::Flags;
-use tapline::cone_study::cube;
+use tapline::distance::Distance;
 use tapline::engine::cones::{Asked, Cones, FloatCones, Larger, RtlCones, walk};
+use tapline::engine::hit::HitF64;
 use tapline::engine::tex::value;
-use tapline::policy::{ConeMetric, ConePolicy, ConeRules, SetDiffuse};
+use tapline::fragment::HitFragment;
+use tapline::policy::{ConeEnv, ConeMetric, ConePolicy, ConeRules, SetDiffuse};
+use tapline::reference::NoTap;
 use tapline::reference::ray_cone::Step;
 use tapline::scene::tex::camera::{Camera, Lens};
 use tapline::scene::tex::path::{Event, Look, Path};
+use tapline::settings::Settings;
 use tapline::unit::UnitSpec;
 
 use super::{Random, request, unit};
@@ -159,20 +163,38 @@ fn registers_and_doubles_choose_alike() {
     assert_eq!(registers.choose([d, c], Larger::Width, false), d);
 }
 
-/// λ of a small cone at (u, 0) is α(1 + u²) along u and α√(1 + u²) across; the constant is 4α/π.
+/// λ1/α and λ2/α of a cone of 0.01 rad at a place of face +z, as `cone.env` has it.
+fn lambda(env: ConeEnv, [u, v]: [f64; 2]) -> [f64; 2] {
+    const ANGLE: f64 = 0.01;
+    let mut settings = Settings::default();
+    settings.tex.env = env;
+    let nothing = Distance::nothing();
+    let engine = HitF64::new(&settings, &nothing, None, 256);
+    // Face +z: sc = x, tc = −y.
+    let ray = HitFragment { x: [0.0; 3], r: [u, -v, 1.0], cone: Some([ANGLE, 0.0]) };
+    engine.trace(&ray, &mut NoTap).env.unwrap().lambda.map(|l| l / ANGLE)
+}
+
+/// λ of a small cone at (u, v) is α(1 + u² + v²) along the radius and α√(1 + u² + v²) across; the constant is 4α/π.
 #[test]
-fn otk_s_constant_gradient_is_off_by_27_to_minus_36_per_cent_along_an_axis() {
-    let rows = cube::rows(4);
-    assert_eq!(rows.len(), 9);
-    for row in &rows {
-        let [u, v] = row.place;
+fn otk_s_constant_gradient_is_off_by_27_to_minus_58_per_cent() {
+    let steps = (0..=4u8).map(|i| f64::from(i) / 4.0);
+    let places = steps.clone().map(|u| [u, 0.0]).chain(steps.map(|u| [u, u]));
+    for [u, v] in places {
+        let (exact, constant) = (lambda(ConeEnv::Exact, [u, v]), lambda(ConeEnv::Otk, [u, v])[0]);
         let square = 1.0 + u * u + v * v;
-        assert!((row.exact[0] / square - 1.0).abs() < 1e-12, "{row:?}");
-        assert!((row.exact[1] / square.sqrt() - 1.0).abs() < 1e-12);
-        assert!((row.constant * std::f64::consts::PI / 4.0 - 1.0).abs() < 1e-12);
+        assert!((exact[0] / square - 1.0).abs() < 1e-12, "({u}, {v}) {exact:?}");
+        assert!((exact[1] / square.sqrt() - 1.0).abs() < 1e-12);
+        assert!((constant * std::f64::consts::PI / 4.0 - 1.0).abs() < 1e-12);
     }
-    let over = |i: usize| rows[i].errors()[0];
-    assert!((over(0) - 0.273_239_544_735).abs() < 1e-9);
-    assert!((over(4) + 0.363_380_227_632).abs() < 1e-9, "an edge's middle");
-    assert!((over(8) + 0.575_586_818_421).abs() < 1e-9, "a corner");
+    // The middle, an edge's middle, a corner, as docs/studies/cones.md has them.
+    for (place, over) in [
+        ([0.0, 0.0], 0.273_239_544_735),
+        ([0.5, 0.0], 0.018_591_635_788),
+        ([1.0, 0.0], -0.363_380_227_632),
+        ([1.0, 1.0], -0.575_586_818_421),
+    ] {
+        let found = lambda(ConeEnv::Otk, place)[0] / lambda(ConeEnv::Exact, place)[0] - 1.0;
+        assert!((found - over).abs() < 1e-9, "{place:?} {found}");
+    }
 }
