@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::Failure;
 use super::output::JsonTarget;
 use super::progress::Bar;
-use super::{Failure, conform_extremes};
 use crate::base::num;
 use crate::conformance::check::Difference;
 use crate::conformance::gpu;
@@ -21,10 +21,7 @@ use crate::report::table::{Table, given, text, value, whole};
 use crate::unit::file;
 
 #[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true)]
 pub(super) struct Args {
-    #[command(subcommand)]
-    action: Option<Action>,
     /// Suites by name, with `*` for any characters: `eigen/*`, `*/default/extremes`.
     #[arg(long, value_name = "GLOB", default_value = "*")]
     suite: String,
@@ -51,12 +48,6 @@ pub(super) struct Args {
     json: Option<PathBuf>,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum Action {
-    /// Study the extremes of the specification: the paper's formulas beside the unit, thin ellipses, jumps.
-    Extremes(conform_extremes::Args),
-}
-
 fn engine(text: &str) -> Result<Engine, String> {
     Engine::ALL
         .into_iter()
@@ -65,9 +56,6 @@ fn engine(text: &str) -> Result<Engine, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
-    if let Some(Action::Extremes(args)) = &args.action {
-        return conform_extremes::run(args);
-    }
     let suites: Vec<Suite> =
         Suite::all().into_iter().filter(|suite| matches(&args.suite, &suite.name())).collect();
     if suites.is_empty() {

@@ -8,7 +8,6 @@ mod compare;
 mod compare_files;
 mod compare_tables;
 mod conform;
-mod conform_extremes;
 mod cost;
 mod diff;
 mod diff_results;

@@ -3,9 +3,13 @@
 use crate::error::InputError;
 
 /// The first words of each command, and where its figures are.
-const REMOVED: [(&[&str], &str); 3] = [
+const REMOVED: [(&[&str], &str); 4] = [
+    (
+        &["conform", "extremes"],
+        "run `tapline study` with extremes.toml and `tapline trace --input` with extremes.jsonl, see docs/studies/extremes.md",
+    ),
     (&["impostor", "study"], "run `tapline study` with hit-search.toml, see docs/studies/hit.md"),
-    (&["cones", "cube"], "trace `hit` lines with a cone and `cone.env`, see docs/studies/cones.md"),
+    (&["cones", "cube"], "docs/studies/cones.md has its formula and table"),
     (
         &["cones"],
         "run `tapline study` with cones-tiles.toml or cones-bounces.toml, see docs/studies/cones.md",

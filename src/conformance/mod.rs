@@ -22,8 +22,6 @@ pub mod patterns;
 pub mod ray_cone;
 pub mod run;
 pub mod stimuli;
-pub mod study;
-pub mod study_rays;
 pub mod subject;
 pub mod suite;
 pub mod tex;

@@ -30,7 +30,7 @@ pub fn rows(subject: Subject) -> u64 {
         Kind::Fragment => extremes::env().len(),
         Kind::Ray => extremes::hit().len(),
         Kind::Request => extremes::tex().len(),
-        Kind::Operation => OPERATIONS.len(),
+        Kind::Operation => extremes::CONES.len(),
     };
     num::u64(n)
 }
@@ -207,34 +207,6 @@ pub(super) fn exponents(subject: Subject, random: &mut Random) -> Stimulus {
     }
 }
 
-/// Extremes of a cone: operation, angle and width, operands.
-pub(super) const OPERATIONS: [(u64, [f64; 2], [f64; 3]); 24] = [
-    (0, [0.0, 0.0], [1.0, 0.0, 0.0]),
-    (0, [-0.0, -0.0], [1.0, 0.0, 0.0]),
-    (0, [1e-40, 1e-40], [1.0, 0.0, 0.0]),
-    (0, [3e38, 3e38], [1.0, 0.0, 0.0]),
-    (0, [-0.25, -0.5], [1.0, 0.0, 0.0]),
-    (0, [0.25, -0.5], [1.0, 0.0, 0.0]),
-    (0, [-0.25, 0.25], [1.0, 0.0, 0.0]),
-    (0, [-0.25, 0.25], [2.0, 0.0, 0.0]),
-    (0, [0.01, 0.5], [1e9, 0.0, 0.0]),
-    (0, [0.01, 0.5], [-1e9, 0.0, 0.0]),
-    (0, [0.01, 0.5], [f64::INFINITY, 0.0, 0.0]),
-    (1, [0.25, 0.5], [0.0, 0.0, 0.0]),
-    (1, [0.249, 0.5], [-1e30, 0.0, 0.0]),
-    (1, [0.25, -0.5], [1.0, 0.0, 0.0]),
-    (2, [0.1, 0.5], [0.0, 1.0, 1.5]),
-    (2, [0.1, 0.5], [0.5, 1.25, 1.25]),
-    (2, [0.1, 0.5], [0.5, 3.0, 1.0]),
-    (2, [0.1, 0.5], [0.5, 1.0, 3.0]),
-    (2, [0.1, 0.5], [0.5, 1.0, 0.0]),
-    (2, [0.0, 0.5], [0.0, 1.0, 0.0]),
-    (3, [0.1, 0.5], [0.0, 0.0, 0.0]),
-    (3, [0.1, 0.5], [std::f64::consts::FRAC_1_PI, 0.0, 0.0]),
-    (3, [-0.1, 0.5], [1e-3, 0.0, 0.0]),
-    (3, [0.1, 0.5], [-1.0, 0.0, f64::NAN]),
-];
-
 /// Row `index` of the extremes, turned by one of the cube's symmetries for every further round.
 pub(super) fn extreme(subject: Subject, index: u64, random: &mut Random) -> Stimulus {
     let rows = rows(subject);
@@ -275,7 +247,7 @@ pub(super) fn extreme(subject: Subject, index: u64, random: &mut Random) -> Stim
             })
         }
         Kind::Operation => {
-            let (operation, cone, operand) = OPERATIONS[row];
+            let (operation, cone, operand) = extremes::CONES[row];
             // The same with a neighbouring code or operand in further rounds.
             let nudge = |x: f64, random: &mut Random| {
                 if round == 0 { x } else { x * (1.0 + libm::ldexp(random.signed(), -7)) }

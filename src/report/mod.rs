@@ -8,6 +8,5 @@ pub mod hash;
 pub mod html;
 pub mod metrics;
 pub mod page;
-pub mod plot;
 pub mod shown;
 pub mod table;

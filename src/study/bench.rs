@@ -26,7 +26,7 @@ use super::measures::Measures;
 pub use super::scene::Scene;
 use super::scene::render_reference;
 use super::searches::RealRays;
-use super::{cones, footprints};
+use super::{cones, edges, footprints};
 
 /// What a bench keeps of the units before.
 #[derive(Debug)]
@@ -190,6 +190,14 @@ impl Bench {
         }
         self.compare_lines(settings, how, &mut measures);
         self.compare_hits(settings, &results, how, &mut measures)?;
+        if let Scene::Env(subject) = &self.scene {
+            if how.wants("minor_error_") || how.wants("thin_line_end_") {
+                edges::thin(spec, &mut measures)?;
+            }
+            if how.wants("jump_") {
+                edges::jumps(spec, settings, &subject.map, &mut measures)?;
+            }
+        }
         if let (Scene::Tex(subject), true) =
             (&self.scene, how.wants("cone_lod") || how.wants("texture_requests"))
         {

@@ -128,9 +128,46 @@ by_others! {
     "hit_colour_lsb8" "8-bit steps" "RMS difference of the impostor's colours at the found and at the real hit";
 }
 
+macro_rules! edges {
+    (thin $($ratio:literal)+; jumps $($name:literal $at:literal)+;) => {
+        /// Figures of the edges of ENV's input; a study names them as well.
+        const EDGES: &[Column] = &[
+            $(Column {
+                name: concat!("minor_error_", $ratio),
+                unit: "",
+                meaning: concat!("ENV: worst relative error of the minor axis where the major one is as many times longer: ", $ratio),
+            },
+            Column {
+                name: concat!("thin_line_end_", $ratio),
+                unit: "probe widths",
+                meaning: concat!("ENV: the farthest that the line's end moves across on such ellipses: ", $ratio),
+            },)+
+            $(edges!("jump_", $name, "_max_lsb8", "ENV: largest jump of a channel over ", $at),
+            edges!("jump_", $name, "_mean_lsb8", "ENV: mean jump over ", $at),
+            edges!("jump_f64_", $name, "_max_lsb8", "ENV: f64's largest jump over ", $at),
+            edges!("jump_f64_", $name, "_mean_lsb8", "ENV: f64's mean jump over ", $at),)+
+        ];
+    };
+    ($who:literal, $name:literal, $what:literal, $meaning:literal, $at:literal) => {
+        Column {
+            name: concat!($who, $name, $what),
+            unit: "8-bit steps",
+            meaning: concat!($meaning, $at),
+        }
+    };
+}
+
+edges! {
+    thin 1 3 10 30 100 300 1000 3000 10000 30000;
+    jumps "seam" "a face's seam"
+        "table" "a break of the angle table of 32 entries"
+        "equal" "a circular footprint"
+        "count" "one probe more";
+}
+
 /// Every figure, in the order of the results.
 pub fn columns() -> impl Iterator<Item = &'static Column> {
-    [COLUMNS, ASKED, OTHERS].into_iter().flatten()
+    [COLUMNS, ASKED, OTHERS, EDGES].into_iter().flatten()
 }
 
 /// Whether there is a figure of that name.

@@ -4,6 +4,7 @@ pub mod axis;
 pub mod bench;
 mod cones;
 pub mod cost;
+mod edges;
 mod footprints;
 pub mod front;
 pub mod measures;

@@ -143,3 +143,30 @@ fn a_row_of_some_bounces_says_so_and_its_command_gives_it_again() {
         tapline(&["study", path.to_str().unwrap()]).refused(parts);
     }
 }
+
+#[test]
+fn thin_ellipses_and_jumps_are_figures_of_a_unit() {
+    let (_, rows) = run(r#"
+scenes = ["sphere"]
+size = "8x8"
+metrics = ["minor_error_*", "thin_line_end_*", "jump_*"]
+[set]
+"footprint.axis" = "eigen-table"
+[[axis]]
+path = "eigen.entries"
+list = [10, 32]
+"#);
+    let [coarse, fine] = rows.as_slice() else { panic!("{rows:?}") };
+    // Half of the table's step, 90°/(2 · entries), at the end of half a line of 16 widths.
+    for (row, entries) in [(coarse, 10.0), (fine, 32.0)] {
+        let most = 8.0 * (std::f64::consts::FRAC_PI_4 / entries).sin();
+        let end = figure(row, "thin_line_end_30");
+        assert!(end > 0.9 * most && end < 1.1 * most, "{end} {most}");
+    }
+    // λ2 is lost in K's mantissas by and by.
+    assert!(figure(fine, "minor_error_10") < 1e-4 && figure(fine, "minor_error_30000") > 0.1);
+    let jump = |name: &str| figure(fine, &format!("jump_{name}_max_lsb8"));
+    assert!(jump("table") > 1.0 && jump("f64_table") < 0.1);
+    assert!(jump("equal") < 1.0 && jump("seam") > 1.0 && jump("f64_seam") > 1.0);
+    assert!(figure(coarse, "jump_table_mean_lsb8") < figure(fine, "jump_table_mean_lsb8"));
+}

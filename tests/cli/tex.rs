@@ -125,10 +125,3 @@ fn light_of_chosen_bounces_is_all_that_a_scene_shows() {
     assert!(first.0 + rest.0 >= whole, "{first:?} {rest:?} {whole}");
     assert!(first.1.unwrap() > 50.0 && rest.1.unwrap() > 50.0);
 }
-
-#[test]
-fn commands_that_are_gone_name_what_is_there() {
-    for study in ["tiles", "formats", "cube"] {
-        tapline(&["cones", study]).refused(&["removed", "docs/studies/cones.md"]);
-    }
-}

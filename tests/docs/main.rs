@@ -1,4 +1,5 @@
 //! Tables, worked examples and printed outputs of the documents are what the code does.
 
 mod examples;
+mod extremes;
 mod registers;
