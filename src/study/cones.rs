@@ -44,21 +44,22 @@ pub(super) fn figures(
 fn row(subject: &TexSubject, spec: &UnitSpec, settings: &Settings, y: usize) -> Vec<f64> {
     let scene = &subject.scene;
     let prepared = Prepared::new(settings);
+    let policy = &settings.policy.cone;
     let cfg = Cfg::new(&spec.config);
     let mut registers = RtlCones::new(&cfg, &scene.camera);
-    let mut doubles = FloatCones::new(&scene.camera, settings.cone_rules, settings.set_diffuse);
+    let mut doubles = FloatCones::new(&scene.camera, policy.rules, policy.set_diffuse);
     let mut out = Vec::new();
     scene_row(scene, y, &mut |_, number, path| {
         let lens = scene.camera.lens;
         let mut exact = Vec::new();
-        walk(&mut doubles, &settings.tex, lens, path, &mut |asked, cone| {
+        walk(&mut doubles, policy, lens, path, &mut |asked, cone| {
             if let Asked::Look(_) = asked {
                 exact.push(cone.width.0);
             }
         });
         let mut exact = exact.into_iter();
         registers.ray(number);
-        walk(&mut registers, &settings.tex, lens, path, &mut |asked, cone| {
+        walk(&mut registers, policy, lens, path, &mut |asked, cone| {
             let Asked::Look(look) = asked else { return };
             let size = scene.textures[look.texture].size();
             let lod = |w: f64| tex(&prepared, w, &look.fragment, size, None, &mut NoTap).lod;

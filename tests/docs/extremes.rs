@@ -28,6 +28,10 @@ const SIZE: u32 = 256;
 /// Half edges of the room that the rays are in.
 const ROOM: [f64; 3] = [3.0, 2.0, 4.0];
 
+fn length(v: [f64; 3]) -> f64 {
+    dot(v, v).sqrt()
+}
+
 /// A row of a table.
 struct Row {
     name: String,
@@ -204,7 +208,7 @@ fn hits(spec: &UnitSpec) -> Vec<Row> {
         let mine = rtl.trace(&ray, &mut RtlProbe::default()).0;
         Row {
             name: name.into(),
-            paper: hlsl(&ray, spec.config.hit.iterations),
+            paper: hlsl(&ray, spec.config.policy.hit.iterations),
             rtl: found(&mine),
             f64: found(&f64.filter(&[ray], &|_| {})[0]),
             flags: mine.flags,
@@ -216,7 +220,7 @@ fn hits(spec: &UnitSpec) -> Vec<Row> {
 /// Rows of the cones' operations; the formulas are OTK's as its note writes them.
 fn cones(spec: &UnitSpec) -> Vec<Row> {
     let cfg = Cfg::new(&spec.config);
-    let knobs = &spec.config.cone;
+    let knobs = &spec.config.policy.cone;
     let pair = |angle: f64, width: f64| format!("α {} w {}", number(angle), number(width));
     let row = |(operation, [a, w], [x, y, z]): (u64, [f64; 2], [f64; 3])| {
         let operands = if operation == 2 { vec![x, y, z] } else { vec![x] };
@@ -281,7 +285,7 @@ fn textures(spec: &UnitSpec) -> Vec<Row> {
             paper: note(&request),
             rtl: text([a, b, c, d], of(Reg::EigenLambda), out.probes[0], lod),
             f64: text([x[0], x[1], y[0], y[1]], theirs.lambda, theirs.probes.into(), theirs.lod),
-            flags: events.chain(engine.flags(&out, 0)).collect(),
+            flags: events.chain(engine.flag_names(out.flags[0])).collect(),
         }
     };
     extremes::tex().into_iter().map(row).collect()

@@ -167,7 +167,7 @@ fn registers_and_doubles_choose_alike() {
 fn lambda(env: ConeEnv, [u, v]: [f64; 2]) -> [f64; 2] {
     const ANGLE: f64 = 0.01;
     let mut settings = Settings::default();
-    settings.tex.env = env;
+    settings.policy.cone.env = env;
     let nothing = Distance::nothing();
     let engine = HitF64::new(&settings, &nothing, None, 256);
     // Face +z: sc = x, tc = −y.
