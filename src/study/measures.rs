@@ -79,6 +79,7 @@ pub const ASKED: &[Column] = columns! {
     "footprint_plane_psnr_db" "dB" "HIT: the same over the disc's cut with the wall";
     "footprint_mirror_psnr_db" "dB" "HIT: the same over the mirror's own change of direction";
     "footprint_differential_psnr_db" "dB" "HIT: the same over the hit's change from pixel to pixel";
+    "footprint_rays_lsb8" "8-bit steps" "HIT: RMS error of those supersampled rays";
     "requests" "" "fragments, rays or requests that the picture takes";
     "texture_requests" "" "TEX: requests to textures";
     "texture_tiles" "" "TEX: distinct tiles of textures touched, without the environment's";
@@ -90,7 +91,6 @@ pub const ASKED: &[Column] = columns! {
     "cone_lod_max" "levels" "TEX: the largest";
     "cone_lod_bias" "levels" "TEX: mean of that error with its sign";
     "cone_lod_far_share" "" "TEX: share of requests two levels or more off by the cone's registers alone";
-    "footprint_rays_lsb8" "8-bit steps" "HIT: RMS error of those supersampled rays";
 };
 
 macro_rules! by_others {
