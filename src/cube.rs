@@ -1,4 +1,4 @@
-//! Cube maps: faces, directions, texels and what lies across an edge.
+//! Cube maps: faces, directions, texels and the neighbours across an edge.
 //!
 //! Faces are ordered +X −X +Y −Y +Z −Z with (sc, tc, ma) as in Vulkan, OpenGL and WebGPU;
 //! u = sc/|ma| and v = tc/|ma| run from −1 to 1; texel centres lie at half texels.

@@ -1,4 +1,4 @@
-//! Distances of the environment from a reference point: what a HIT look-up reads.
+//! Distances of the environment from a reference point, which HIT looks up.
 //!
 //! A distance is Euclidean, from the reference point (the origin) along the looked-up direction. Infinite
 //! means that there is nothing in that direction.

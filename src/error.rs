@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What is wrong with an input, where, and what to do about it. The command exits with status 2.
+/// An error in an input: its place, its cause and the remedy. The command exits with status 2.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct InputError {
     /// The file, flag or stream that is wrong.

@@ -1,4 +1,4 @@
-//! Fragments: what a rasteriser hands to the unit for one pixel.
+//! Fragments: the inputs of the unit for one pixel, as a rasteriser would send them.
 
 /// One pixel's input to the ENV operation, in doubles.
 ///

@@ -1,4 +1,4 @@
-//! What a surface does with light: reflectance and the refracted direction.
+//! A surface's effect on light: reflectance and the refracted direction.
 //!
 //! Exact: Fresnel's equations for a medium of index n + i·k against vacuum, unpolarised. Approximate: the
 //! formula of Lazányi and Szirmay-Kalos (WSCG 2005) that the distance-impostor paper uses,

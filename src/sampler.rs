@@ -1,4 +1,4 @@
-//! What a sampler of textures is: textures, sampler states and queries in, colours out. A GPU has one, and a model
+//! The interface of a texture sampler: textures, sampler states and queries in, colours out. A GPU has one, and a model
 //! of a GPU is one.
 
 use crate::error::InputError;
@@ -146,7 +146,7 @@ pub trait TextureUnit {
     ///
     /// # Errors
     ///
-    /// What the device reports.
+    /// The device's error.
     fn sample(
         &mut self,
         image: &Image,
@@ -173,7 +173,7 @@ pub fn finest(unit: &dyn TextureUnit) -> Format {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn alone(
     unit: &mut dyn TextureUnit,
     image: &Image,

@@ -1,4 +1,4 @@
-//! Distance memory: what HIT looks up, in units of one power of two for the whole map.
+//! Distance memory, which HIT looks up, in units of one power of two for the whole map.
 //!
 //! The largest finite distance lies in [1, 2)·2^scale (half of that where it would round up to 2), so that a room of a
 //! millimetre and one of a kilometre use the same registers. A box or a sphere is an ideal memory: the distance of the very direction, correctly rounded to the

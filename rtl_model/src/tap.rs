@@ -1,4 +1,4 @@
-//! Taps: who listens to the registers. Tracing costs nothing when nobody does.
+//! Taps: listeners to the registers of a run. Without a listener tracing costs nothing.
 
 use crate::regs::Reg;
 

@@ -57,7 +57,7 @@ pub(super) struct Skipped {
     pub(super) why: String,
 }
 
-/// What a run of the command found.
+/// The results of a run of the command.
 pub(super) struct Results {
     /// The engines that ran, in the ladder's order.
     pub(super) renderings: Vec<(Rung, Rendering)>,

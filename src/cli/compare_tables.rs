@@ -1,4 +1,4 @@
-//! What `compare` found, as JSON and as tables on stdout.
+//! The results of `compare`, as JSON and as tables on stdout.
 
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! `cost`: the cost model's knobs, and what a unit costs stage by stage.
+//! `cost`: the cost model's knobs, and the cost of a unit stage by stage.
 
 use std::io::Write as _;
 use std::path::PathBuf;

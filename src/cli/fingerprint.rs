@@ -1,4 +1,4 @@
-//! `fingerprint`: what a GPU's sampler does.
+//! `fingerprint`: the rules of a GPU's sampler.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

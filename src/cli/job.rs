@@ -1,4 +1,4 @@
-//! What a command renders: a scene of the ENV or of the HIT operation, by any engine.
+//! The work of a rendering command: a scene of any operation, by any engine.
 
 use rtl_model::regs::Reg;
 

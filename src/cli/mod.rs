@@ -38,7 +38,7 @@ use clap::{Parser, Subcommand};
 
 use crate::error::InputError;
 
-/// A word on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
+/// Prints a warning on stderr. Control characters, which a file name or a file's contents may bring, are escaped;
 /// a closed stderr is no reason to stop.
 fn note(text: &str) {
     use std::io::Write as _;

@@ -1,4 +1,4 @@
-//! Where results go: stdout, `--json`, picture files with what made them.
+//! Where results go: stdout, `--json`, picture files with a note of their origin.
 
 use std::io::Write as _;
 use std::path::Path;

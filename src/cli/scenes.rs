@@ -1,4 +1,4 @@
-//! `scenes`: what is built in and which stages each needs.
+//! `scenes`: the built-in scenes and the stages that each needs.
 
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -348,7 +348,7 @@ fn remove(path: &Path) -> Result<(), InputError> {
     })
 }
 
-/// A plain table, for reuse of the command's look.
+/// A text table from plain cells, in the style of the command's other tables.
 pub(super) fn plain(columns: &[(String, Align)]) -> Table {
     let named: Vec<(&str, Align)> = columns.iter().map(|(n, a)| (n.as_str(), *a)).collect();
     Table::new(&named)

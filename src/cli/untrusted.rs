@@ -1,4 +1,4 @@
-//! Everything that reads what a user hands in, as functions of bytes.
+//! All readers of user data, as functions of bytes.
 //!
 //! Fuzzing and the test that replays its corpus call the commands' own readers through this one door, so that a
 //! reader which is not listed here is one that nobody attacks.

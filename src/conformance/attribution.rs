@@ -1,4 +1,4 @@
-//! Attribution: which stage's words a scene's error comes from.
+//! Attribution: the share of each stage's word lengths in a scene's error.
 //!
 //! Formats are data, so a unit in which every register is as wide as the model can hold stands for exact arithmetic in
 //! the same circuit. One stage at a time gets the unit's own words back; the difference of the two pictures is that

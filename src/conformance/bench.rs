@@ -1,4 +1,4 @@
-//! Test benches: a stage or the unit between a case's numbers in and its numbers out.
+//! Test benches: they run a stage or the unit on a case's inputs and return its outputs.
 
 use rtl_model::Config;
 use rtl_model::fx::Flags;

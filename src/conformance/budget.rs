@@ -1,4 +1,4 @@
-//! Error budgets: for every register a derived bound beside the worst error seen.
+//! Error budgets: for every register a derived bound and the worst error seen.
 //!
 //! A register's error is its distance from its formula on the codes that enter it (see [`super::exact`]); the bound
 //! follows from its rounding and from what the tables on the way may be off by. What adds up from the unit's inputs on

@@ -8,7 +8,7 @@ use super::subject::Subject;
 use crate::base::num;
 use crate::base::random::Random;
 
-/// What a case's numbers are made to try.
+/// The class of a case: which numbers it puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Class {
     /// As pictures have them.

@@ -1,4 +1,4 @@
-//! Budgets over whole domains: what has at most 2^24 inputs is tried with all of them.
+//! Budgets over whole domains: a function of at most 2^24 inputs is tested with all of them.
 
 use rayon::prelude::*;
 use rtl_model::cone::{Dyadic, SmallFloat, StoreRounding, exact};

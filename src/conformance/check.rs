@@ -1,4 +1,4 @@
-//! The judges of a device's vectors: the integer model's bits, or what the formats allow around exact arithmetic.
+//! The judges of a device's vectors: by the integer model's bits, or by the rounding that the formats allow.
 
 use super::bench::{Build, Model, flag_names, overlay};
 use super::exact::{Case, Finding, Judge};

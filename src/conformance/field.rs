@@ -1,4 +1,4 @@
-//! The one description of what goes into a stage and what comes out: a list of fields, from which the formats of the
+//! The one description of a stage's inputs and outputs: a list of fields, from which the formats of the
 //! vectors, the headers for C and SystemVerilog, the generators and the judge all follow.
 
 use rtl_model::Config;

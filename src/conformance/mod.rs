@@ -1,4 +1,4 @@
-//! Conformance: test vectors, named suites, and judges of what a device makes of them.
+//! Conformance: test vectors, named suites, and judges of a device's results.
 //!
 //! A [`field::Shape`] describes a stage once: what goes in, which registers come out and in which formats. Everything
 //! else follows from it: benches fill its numbers, [`text`] writes and reads them, [`header`] declares them for C and

@@ -53,7 +53,7 @@ pub struct Failure {
     pub difference: Difference,
 }
 
-/// What a suite came to.
+/// The result of a suite.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Cases run.

@@ -1,4 +1,4 @@
-//! What comes to an operation: ordinary numbers, numbers of every size, extremes.
+//! Inputs of an operation: ordinary numbers, numbers of every size, extremes.
 
 use rtl_model::unit::Words;
 
@@ -10,7 +10,7 @@ use crate::engine::encode;
 use crate::fragment::{Fragment, HitFragment};
 use crate::stage::Stage;
 
-/// What comes to an operation, before its ports.
+/// The inputs of an operation, before its ports.
 #[derive(Clone, Copy, Debug)]
 pub enum Stimulus {
     /// A fragment, for ENV and its stages.

@@ -1,4 +1,4 @@
-//! What is tested: a stage, or one of the unit's three operations as a whole.
+//! The subject of a test: a stage, or one of the unit's three operations as a whole.
 
 use crate::error::InputError;
 use crate::stage::Stage;

@@ -30,7 +30,7 @@ pub struct Configuration {
     pub name: &'static str,
     /// Where it starts.
     preset: &'static str,
-    /// What is set.
+    /// The settings.
     sets: &'static [&'static str],
     /// What every register's rounding or overflow becomes.
     all: &'static [&'static str],

@@ -136,7 +136,7 @@ impl Operands {
     }
 }
 
-/// What every fused kernel yields first.
+/// The first results of every fused kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filtered {
     /// Linear RGB.
@@ -230,7 +230,7 @@ impl<'a> GpuEnv<'a> {
     ///
     /// # Errors
     ///
-    /// A map beyond the device's limits, or what the driver reports.
+    /// A map beyond the device's limits, or the driver's error.
     pub fn new(
         gpu: &'a Gpu,
         settings: &Settings,
@@ -253,7 +253,7 @@ impl<'a> GpuEnv<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn filter(
         &self,
         fragments: &[PixelFragment],
@@ -283,7 +283,7 @@ impl<'a> GpuEnv<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn upload(&self, fragments: &[PixelFragment]) -> Result<(Batch, usize), GpuError> {
         let count = fragments.len().min(Program::batch(self.gpu, ENV_WORDS));
         let mut operands = Operands::new(Flag::NonFinite);
@@ -299,7 +299,7 @@ impl<'a> GpuEnv<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn run(&self, batch: &Batch) -> Result<(), GpuError> {
         self.program.dispatch(self.gpu, batch)?;
         self.gpu.wait()
@@ -310,7 +310,7 @@ impl<'a> GpuEnv<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn render(&self, subject: &Subject, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let start = Instant::now();
         let (results, reports) = self.filter(&subject.scene.fragments, progress)?;

@@ -24,7 +24,7 @@ use crate::unit::{UnitSpec, refused};
 /// Rays that one task of the float reference takes at a time.
 const CHUNK: usize = 512;
 
-/// What an engine made of one ray.
+/// An engine's result for one ray.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HitResult {
     /// Ray parameter along the unit direction; ∞ where the ray escaped.

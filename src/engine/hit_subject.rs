@@ -45,7 +45,7 @@ pub struct HitSubject {
     /// Whether `map` shows the scene's own world: then real rays see the world itself, and else the map in
     /// the direction of what they meet.
     pub own_colours: bool,
-    /// Colours of the pixels that show no ray, and black elsewhere.
+    /// Colours of the pixels without a ray; black at all others.
     pub background: Vec<[f64; 3]>,
     /// The caustic that lights the world, if there is one.
     pub lit: Option<Lit>,
@@ -108,7 +108,7 @@ impl Lit {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn by_gpu(&self, world: &World, engine: &GpuHit<'_>) -> Result<Caustic, GpuError> {
         let results = engine.filter(&rays_of(&self.photons), &|_| {})?;
         Ok(searched(world, &self.uv_map, &self.photons, &ends(&results)))
@@ -235,7 +235,7 @@ impl HitSubject {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn gpu(&self, engine: &GpuHit<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let fragments = self.fragments();
         let pixels: Vec<[u32; 2]> = self.scene.rays.iter().map(|ray| ray.pixel).collect();

@@ -119,7 +119,7 @@ impl Subject {
     }
 }
 
-/// What an engine made of a subject.
+/// An engine's result for a scene.
 #[derive(Clone, Debug)]
 pub struct Rendering {
     /// The picture.

@@ -24,7 +24,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// What stands where a component was skipped: a second level that no weight falls on.
+    /// The placeholder of a component that was skipped: a second level without weight.
     pub const SKIPPED: Self = Self { raw: 0, frac: i64::MIN };
 
     /// Whether the component was written.
@@ -109,7 +109,7 @@ impl Tap for RtlProbe {
     }
 }
 
-/// What the integer model made of one fragment.
+/// The integer model's result for one fragment.
 #[derive(Clone, Debug)]
 pub struct RtlFragment {
     /// Face 0…5.

@@ -61,7 +61,7 @@ impl<'a> SamplerEngine<'a> {
     ///
     /// # Errors
     ///
-    /// A map beyond the device's limits, no anisotropic filter, or what the driver reports.
+    /// A map beyond the device's limits, no anisotropic filter, or the driver's error.
     pub fn new(gpu: &'a Gpu, map: &CubeMap) -> Result<Self, GpuError> {
         let format = if gpu.filters_f32() { Format::Float } else { Format::Half };
         let levels = map.levels.len();
@@ -77,7 +77,7 @@ impl<'a> SamplerEngine<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn filter(
         &mut self,
         queries: &[Query],
@@ -99,7 +99,7 @@ impl<'a> SamplerEngine<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn env(
         &mut self,
         settings: &Settings,
@@ -125,7 +125,7 @@ impl<'a> SamplerEngine<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn hit(
         &mut self,
         settings: &Settings,

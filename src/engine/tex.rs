@@ -57,7 +57,7 @@ pub fn value(x: Dyadic) -> f64 {
     if x.negative { -magnitude } else { magnitude }
 }
 
-/// What an engine made of one request.
+/// An engine's result for one request.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TexResult {
     /// Filtered colour.

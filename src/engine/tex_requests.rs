@@ -1,4 +1,4 @@
-//! What the paths of a row of a picture ask, with the cones that they ask it with.
+//! The texture requests of the paths in one row of a picture, with their cones.
 
 use std::collections::BTreeMap;
 use std::time::Instant;

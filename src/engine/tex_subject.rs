@@ -307,7 +307,7 @@ impl TexSubject {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn gpu(&self, engine: &GpuTex<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let (width, height) = (self.scene.width, self.scene.height);
         let block = engine.rows_of_a_block(self.requests, height);

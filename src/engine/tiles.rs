@@ -1,4 +1,4 @@
-//! Tiles of 64 × 64 texels that requests touch, level by level: what a demand-loading texture system has to fetch.
+//! Tiles of 64 × 64 texels that requests touch, level by level: the tiles that a demand-loading system has to fetch.
 
 use crate::base::num;
 use crate::picture::Picture;

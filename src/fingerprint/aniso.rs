@@ -240,7 +240,7 @@ pub struct Levels {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn levels(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -277,7 +277,7 @@ pub fn levels(
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn beside_neighbours(unit: &mut dyn TextureUnit, clamp: u16) -> Result<[f64; 2], InputError> {
     let image = levels::numbered(Shape::Planar, levels::SIZE, levels::LEVELS);
     let shift = 4.0 / levels::SIZE as f32;

@@ -95,7 +95,7 @@ fn look_ups(shape: Shape, count: usize) -> Vec<Query> {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn lines(
     unit: &mut dyn TextureUnit,
     model: &Model,
@@ -130,7 +130,7 @@ fn distance(a: &[f32; 4], b: &[f32; 4]) -> f64 {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn check(
     unit: &mut dyn TextureUnit,
     model: &Model,

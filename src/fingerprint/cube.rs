@@ -34,7 +34,7 @@ pub struct Ties {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, InputError> {
     let image =
         Image::new(Shape::Cube, Format::Half, 4, 1, |_, face, _, _| [face as f32, 0.0, 0.0, 1.0]);
@@ -82,7 +82,7 @@ pub struct Seams {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, InputError> {
     let mut queries = Vec::new();
     let near = |f: f64| 1.0 - f * 2.0 / SMALL as f64;
@@ -177,7 +177,7 @@ fn lods(
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn rho(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -196,7 +196,7 @@ pub fn rho(
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn aniso(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -236,7 +236,7 @@ pub struct Shown {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn footprints(
     unit: &mut dyn TextureUnit,
     clamp: u16,

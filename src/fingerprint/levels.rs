@@ -124,7 +124,7 @@ pub fn query(dx: [f64; 2], dy: [f64; 2]) -> Query {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn lods(
     unit: &mut dyn TextureUnit,
     state: State,
@@ -140,7 +140,7 @@ pub fn lods(
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, InputError> {
     let queries: Vec<Query> = (0..=SWEEP)
         .map(|k| Query {
@@ -157,7 +157,7 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, InputError> 
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, InputError> {
     let line = |log2: f64| query([libm::exp2(log2), 0.0], [0.0; 2]);
     let state = State::trilinear(1);
@@ -246,7 +246,7 @@ pub fn random(seed: u64) -> f64 {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn rho(unit: &mut dyn TextureUnit, curve: &Curve) -> Result<Vec<Fit<Rho>>, InputError> {
     let cases: Vec<[[f64; 2]; 2]> = (0..PAIRS as u64)
         .map(|i| {

@@ -1,4 +1,4 @@
-//! What a texture unit does, found out by looking at what it returns.
+//! The rules of a texture unit, found by look-ups whose results tell them apart.
 //!
 //! [`fingerprint`] asks a [`TextureUnit`] some hundred thousand look-ups on textures that are made for one question
 //! each, and finds the rule behind the answers among named candidates. The rules together are a [`Model`]; the last step predicts
@@ -116,7 +116,7 @@ pub struct Fingerprint {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn fingerprint(
     unit: &mut dyn TextureUnit,
     progress: &dyn Fn(&str),

@@ -1,4 +1,4 @@
-//! A texture unit that does what a fingerprint says: it predicts the device, and tests feed it to the analysis.
+//! A texture unit that follows the rules of a fingerprint: it predicts the device, and tests feed it to the analysis.
 
 use super::aniso::{Width, ratio};
 use super::levels::lod_on;

@@ -1,4 +1,4 @@
-//! Shapes of filters: what lies beyond edges and corners of a cube, which taps a footprint has.
+//! Shapes of filters: the texels read beyond edges and corners of a cube, and the taps of a footprint.
 
 use super::aniso::{Count, LodRule};
 use crate::sampler::{Shape, Source};

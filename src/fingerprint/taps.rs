@@ -121,7 +121,7 @@ fn along(footprint: &Footprint) -> usize {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn taps(
     unit: &mut dyn TextureUnit,
     source: Source,

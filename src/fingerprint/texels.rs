@@ -57,7 +57,7 @@ fn one_if(yes: bool) -> f32 {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, InputError> {
     let linear = State::trilinear(1);
     let cross = flat(format, |x, y| [one_if(x == 8), one_if(y == 8), 0.0, 1.0]);
@@ -106,7 +106,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, In
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, InputError> {
     let format = Format::Half;
     let numbered = flat(format, |x, _| [x as f32, 0.0, 0.0, 1.0]);

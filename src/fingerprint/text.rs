@@ -14,7 +14,7 @@ use crate::sampler::Format;
 ///
 /// # Errors
 ///
-/// What the writer fails with.
+/// The writer's error.
 pub fn print(out: &mut dyn Write, adapter: &str, found: &Fingerprint) -> io::Result<()> {
     writeln!(out, "fingerprint of {adapter}\n")?;
     weights(out, found)?;

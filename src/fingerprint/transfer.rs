@@ -58,7 +58,7 @@ impl Transfer {
 ///
 /// # Errors
 ///
-/// What the device reports.
+/// The device's error.
 pub fn transfer(
     unit: &mut dyn TextureUnit,
     (shape, size, levels): (Shape, usize, usize),

@@ -1,8 +1,8 @@
-//! Adapters: what is there, and which one is meant.
+//! Adapters: the list of them, and the choice of one.
 
 use super::error::GpuError;
 
-/// What is known of an adapter before it is opened.
+/// The properties of an adapter that are known before it is opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterFacts {
     /// Place in the list; `--adapter` takes it.

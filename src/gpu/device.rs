@@ -118,7 +118,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// What the driver reports: loss of the device, no memory, a refusal.
+    /// The driver's report: loss of the device, no memory, a refusal.
     pub fn guarded<T>(
         &self,
         doing: &str,
@@ -164,7 +164,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// What the driver refuses.
+    /// The driver's refusal.
     pub fn compute(
         &self,
         label: &str,
@@ -261,7 +261,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// What the driver reports, such as data beyond the buffer's end.
+    /// The driver's error, such as data beyond the buffer's end.
     pub fn write<T: NoUninit>(&self, buffer: &wgpu::Buffer, data: &[T]) -> Result<(), GpuError> {
         self.guarded("an upload", |_, queue| {
             queue.write_buffer(buffer, 0, bytemuck::cast_slice(data));
@@ -284,7 +284,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// More workgroups than one dispatch has, or what the driver reports.
+    /// More workgroups than one dispatch has, or the driver's error.
     pub fn dispatch(
         &self,
         kernel: &Kernel,

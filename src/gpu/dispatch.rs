@@ -44,7 +44,7 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// What the driver refuses.
+    /// The driver's refusal.
     pub fn new(gpu: &Gpu, kernel: Kernel) -> Result<Self, GpuError> {
         let name = kernel.name();
         let module = gpu.module(name, &kernel.source())?;
@@ -84,7 +84,7 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn warm(
         &self,
         gpu: &Gpu,
@@ -100,7 +100,7 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// More than the device takes, or what the driver reports.
+    /// More than the device takes, or the driver's error.
     pub fn upload(
         &self,
         gpu: &Gpu,
@@ -138,7 +138,7 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn dispatch(&self, gpu: &Gpu, batch: &Batch) -> Result<(), GpuError> {
         let groups = small(batch.fragments).div_ceil(WORKGROUP);
         gpu.guarded(&format!("dispatch of {}", self.name), |device, queue| {
@@ -158,7 +158,7 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn run(
         &self,
         gpu: &Gpu,
@@ -185,7 +185,7 @@ impl Batch {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         gpu.read(&self.output, self.fragments * self.words.output)
     }

@@ -52,7 +52,7 @@ macro_rules! files {
     };
 }
 
-/// What every kernel has between the uniform and its entry point: name below `src/gpu/shaders` and text.
+/// The common part of every kernel, between the uniform and its entry point: name below `src/gpu/shaders` and text.
 const COMMON: &[(&str, &str)] = files![
     "kernels/ports.wgsl",
     "vector.wgsl",

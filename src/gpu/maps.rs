@@ -6,7 +6,7 @@ use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
 
-/// What the kernels read beside their operands.
+/// The maps and tables that kernels read in addition to their operands.
 pub struct Maps {
     pub(super) texels: wgpu::TextureView,
     pub(super) distances: wgpu::TextureView,
@@ -35,7 +35,7 @@ impl Maps {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn none(gpu: &Gpu) -> Result<Self, GpuError> {
         let black = [Layer { level: 0, layer: 0, size: [1, 1], bytes: wide(&[[0.0; 3]]) }];
         Ok(Self {
@@ -49,7 +49,7 @@ impl Maps {
     ///
     /// # Errors
     ///
-    /// A larger map than a texture may be, or what the driver reports.
+    /// A larger map than a texture may be, or the driver's error.
     pub fn with_cube(mut self, gpu: &Gpu, map: &CubeMap) -> Result<Self, GpuError> {
         let layers: Vec<Layer> = map
             .levels
@@ -102,7 +102,7 @@ impl Maps {
     ///
     /// # Errors
     ///
-    /// More than a binding may have, or what the driver reports.
+    /// More than a binding may have, or the driver's error.
     pub fn with_tables(mut self, gpu: &Gpu, tables: &[f32]) -> Result<Self, GpuError> {
         if !tables.is_empty() {
             self.tables = gpu.upload("tables", tables)?;

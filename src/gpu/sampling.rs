@@ -181,7 +181,7 @@ impl<'a> DeviceSampler<'a> {
     ///
     /// # Errors
     ///
-    /// What the device reports.
+    /// The device's error.
     pub fn sample_view(
         &mut self,
         view: &wgpu::TextureView,

@@ -1,4 +1,4 @@
-//! Distances out of an EXR file: which channel, what is cleaned, and how they become a cube.
+//! Distances from an EXR file: the choice of the channel, the cleaning, and the conversion into a cube.
 
 use std::path::Path;
 

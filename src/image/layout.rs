@@ -1,4 +1,4 @@
-//! What shape of environment a picture is, and its way into a cube map.
+//! The shapes of environment pictures, and their conversion into a cube map.
 //!
 //! | picture | meaning |
 //! |---|---|

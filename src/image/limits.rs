@@ -1,4 +1,4 @@
-//! What a user allows an image to take.
+//! The limits that a user sets on an image.
 
 use crate::error::InputError;
 

@@ -1,4 +1,4 @@
-//! Loading images: what a file is, its limits, its colours, its bad texels.
+//! Loading images: the kind of a file, its limits, its colours, its bad texels.
 
 use super::exr_in::{self, Want};
 use super::layout::{EnvPicture, to_cube};

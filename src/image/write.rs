@@ -27,7 +27,7 @@ pub enum Sample {
 ///
 /// # Errors
 ///
-/// What the target fails with; `InvalidInput` for a picture without pixels and for an attribute
+/// The target's error; `InvalidInput` for a picture without pixels and for an attribute
 /// name that is empty or longer than 255 bytes.
 pub fn write_exr(
     target: &mut impl Write,
@@ -112,7 +112,7 @@ pub(super) fn sort_attributes(bytes: Vec<u8>) -> Vec<u8> {
 ///
 /// # Errors
 ///
-/// What the target fails with; `InvalidInput` for a picture without pixels and for a bad keyword.
+/// The target's error; `InvalidInput` for a picture without pixels and for a bad keyword.
 pub fn write_png(
     target: &mut impl Write,
     picture: &Picture,

@@ -13,7 +13,7 @@ use super::write::{invalid, own_attributes, sort_attributes};
 /// attributes. Channels come out in alphabetical order, as the format has it.
 ///
 /// # Errors
-/// What the target fails with; `InvalidInput` for planes of another size, none at all, or a bad name.
+/// The target's error; `InvalidInput` for planes of another size, none at all, or a bad name.
 pub fn write_planes(
     target: &mut impl Write,
     [width, height]: [usize; 2],

@@ -1,4 +1,4 @@
-//! Distance impostors: what a world looks like from a reference point, as three cube maps.
+//! Distance impostors: a world seen from a reference point, as three cube maps.
 //!
 //! All three have Vulkan's faces with texel centres at half texels (see [`crate::cube`]):
 //! colour with its mip chain, the Euclidean distance from the reference point (not a depth along a face's

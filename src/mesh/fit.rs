@@ -1,4 +1,4 @@
-//! Where a mesh goes and which of its triangles count.
+//! The placing of a mesh, and the choice of its triangles that count.
 
 use glam::DVec3;
 

@@ -21,7 +21,7 @@ use super::wide::Wide;
 use crate::fragment::Fragment;
 use crate::policy::Minor;
 
-/// What the unit makes of a fragment. Every number is finite.
+/// The unit's result for a fragment. Every number is finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Env {
     /// Face, 0…5 for +x −x +y −y +z −z.

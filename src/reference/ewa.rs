@@ -1,4 +1,4 @@
-//! Elliptical Gaussian over level-0 texels: what a footprint of the same K asks of an ideal filter.
+//! Elliptical Gaussian over level-0 texels: the ideal filter for a footprint of the same K.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What a fragment can report beside its numbers.
+//! The flags that a fragment can set.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Stage `ray_cone`: what happens to a ray cone on its way (Cline 2023), in doubles.
+//! Stage `ray_cone`: the changes of a ray cone along a path (Cline 2023), in doubles.
 //!
 //! Results are within 1e-15 of the exact value, relatively, whatever cancels down to 2⁻⁹⁰ of its terms: they
 //! are computed in [`Wide`]. Beyond the largest double they saturate; NaN reads as 0, ±∞ as the

@@ -1,4 +1,4 @@
-//! Taps: what looks at the registers while a fragment passes through the stages.
+//! Taps: listeners to the registers while a fragment passes through the stages.
 
 use super::real::Real;
 use crate::stage::Stage;

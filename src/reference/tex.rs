@@ -16,7 +16,7 @@ use super::wide::Wide;
 use crate::fragment::{Tangents, TexFragment};
 use crate::stage::Stage;
 
-/// What the unit makes of a texture request. Every number is finite.
+/// The unit's result for a texture request. Every number is finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tex {
     /// dPdx and dPdy in world units.

@@ -1,4 +1,4 @@
-//! What a user sees of a run: metrics, tables, error maps, hashes and the HTML page.
+//! The results of a run as a user sees them: metrics, tables, error maps, hashes and the HTML page.
 
 pub mod error_map;
 pub mod escape;

@@ -1,4 +1,4 @@
-//! What the pages of a run and of a study have in common: one file that asks no server for anything.
+//! The common parts of the pages of a run and of a study: one file that loads nothing from a server.
 //!
 //! `maud` escapes every text that comes from outside.
 

@@ -1,4 +1,4 @@
-//! What is compared of two pictures: equal sizes, and light as a screen shows it.
+//! Two pictures made ready for a comparison: equal sizes, and light as a screen shows it.
 
 use crate::error::InputError;
 use crate::picture::Picture;

@@ -19,7 +19,7 @@ pub enum Align {
     Right,
 }
 
-/// What stands in one column of one row: the text that people read, and the value that programs read.
+/// The content of one cell: the text that people read, and the value that programs read.
 #[derive(Clone, Debug)]
 pub struct Cell {
     pub(super) shown: String,
@@ -77,7 +77,7 @@ pub fn places(value: f64, decimals: usize) -> Cell {
     Cell::new(fixed(value, decimals), value, Align::Right)
 }
 
-/// What stands where a number is missing: null for programs.
+/// The placeholder of a missing number: null for programs.
 #[must_use]
 pub fn missing(shown: &str) -> Cell {
     Cell::new(shown.into(), Value::Null, Align::Right)

@@ -28,7 +28,7 @@ use super::scene::render_reference;
 use super::searches::RealRays;
 use super::{cones, edges, footprints};
 
-/// What a bench keeps of the units before.
+/// The results that a bench keeps from earlier units.
 #[derive(Debug)]
 enum Kept {
     Env(KeptEnv),
@@ -89,7 +89,7 @@ pub struct Bench {
     pub saved: [u64; 2],
 }
 
-/// What a bench found about a unit.
+/// A bench's results for a unit.
 #[derive(Debug)]
 pub struct Found {
     /// Figures.

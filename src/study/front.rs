@@ -35,7 +35,7 @@ pub fn larger_is_better(name: &str) -> bool {
     ["psnr_db", "converged_share", "cache_hit_share"].iter().any(|end| name.ends_with(end))
 }
 
-/// What a row is judged by: error, gates, cycles; smaller is better.
+/// The criteria of a row: error, gates, cycles; smaller is better.
 fn scores(row: &Value, error: &str) -> Option<[f64; 3]> {
     let sign = if larger_is_better(error) { -1.0 } else { 1.0 };
     let cost = |name| figure(row, name).unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! The figures of a point: what each is called, its unit, and its value.
+//! The figures of a point: name, unit and value of each.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! Studies: many units on the same scenes, what each is worth and what it costs.
+//! Studies: many units on the same scenes, with the error and the cost of each.
 
 pub mod axis;
 pub mod bench;

@@ -88,7 +88,7 @@ impl Study {
     /// The unit of a point, checked as every command checks its unit.
     ///
     /// # Errors
-    /// What the model refuses.
+    /// The model's refusal.
     pub fn unit(&self, point: &Point) -> (UnitSpec, Result<(), InputError>) {
         let mut spec = self.plan.unit.clone();
         let sets = point.sets.iter().map(|(path, value)| (path.as_str(), value));

@@ -28,7 +28,7 @@ struct Case {
     d: f64,
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Found {
     /// The point (where it escaped the direction).

@@ -1,4 +1,4 @@
-//! Result files: a journal that grows row by row while a study runs, and what it becomes at the end.
+//! Result files: a journal that grows row by row while a study runs, and the files made from it at the end.
 //!
 //! The journal has the header and the rows in the order in which they were run; each row is written with one call and
 //! flushed. At the end the rows are put in order into `results.jsonl` and `results.csv`, which appear whole, and the

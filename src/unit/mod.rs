@@ -127,7 +127,7 @@ const FACES: [u32; 2] = [1, 16384];
 /// Whether the unit can be exact inside with every stage built.
 ///
 /// # Errors
-/// What the model refuses, by the register's or the knob's path.
+/// The model's refusal, by the register's or the knob's path.
 pub fn check(spec: &UnitSpec) -> Result<(), InputError> {
     for size in FACES {
         for all in [true, false] {
@@ -140,7 +140,7 @@ pub fn check(spec: &UnitSpec) -> Result<(), InputError> {
     Ok(())
 }
 
-/// What the model refuses, in the shape of every input error.
+/// The model's refusal, in the shape of every input error.
 #[must_use]
 pub fn refused(error: ConfigError) -> InputError {
     InputError::new(

@@ -1,4 +1,4 @@
-//! Whole numbers times a power of two: what operands of a cone operation are.
+//! Whole numbers times a power of two: the operands of a cone operation.
 
 use crate::port;
 

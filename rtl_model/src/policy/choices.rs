@@ -49,7 +49,7 @@ literals! {
 }
 
 literals! {
-    /// What stands for the derivative of the modified normal.
+    /// The substitute for the derivative of the modified normal.
     Dnmod {
         /// ∂n of the interpolated normal, as in the paper.
         Paper = "paper",

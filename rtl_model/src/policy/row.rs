@@ -1,4 +1,4 @@
-//! A knob's row: where its value lies, what it may be, and the words for that.
+//! A knob's row: the place of its value, its legal values, and how messages name them.
 
 use alloc::format;
 use alloc::string::String;

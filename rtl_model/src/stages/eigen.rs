@@ -31,7 +31,7 @@ pub struct Cfg {
     axis_exact: Quantizer,
 }
 
-/// K, and the longest column where that is the axis.
+/// The result of `covariance`: K, and under the policy `longer-derivative` the longest column.
 #[derive(Clone, Copy, Debug)]
 pub struct In<'a, const N: usize> {
     /// Output of `covariance`.

@@ -38,7 +38,7 @@ pub struct Cfg {
     inv_count: Vec<u64>,
 }
 
-/// What one fragment asks of the texture.
+/// The texture request of one fragment.
 #[derive(Clone, Copy, Debug)]
 pub struct In {
     /// The probe line.

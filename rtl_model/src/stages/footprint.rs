@@ -40,7 +40,9 @@ pub struct Cfg {
     line: Quantizer,
     line_feline: Quantizer,
     step: [Quantizer; 2],
-    /// 2^b·r / (2·count) by count, for u and v; for `feline` 2^b·r / (2·(count − 1)). On a cube b = 28 and r = 1.
+    /// r / (2·count) by count with b fraction bits, for u and v; for `feline` r / (2·(count − 1)).
+    /// r is the power of two that holds a texture's longer side, over the side in question; on a cube it is 1.
+    /// b is `INV_FRAC` − ⌈log2 r⌉.
     inv_count: [Vec<i64>; 2],
     two_over_n: i64,
     axis_frac: i64,

@@ -109,7 +109,7 @@ impl Project {
     }
 }
 
-/// What the stage reads.
+/// The inputs of the stage.
 #[derive(Clone, Copy, Debug)]
 pub struct In<'a, const N: usize> {
     /// Mantissas of v.

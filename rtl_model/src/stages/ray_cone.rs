@@ -1,4 +1,4 @@
-//! `ray_cone`: what happens to a ray cone on its way (Cline 2023).
+//! `ray_cone`: the changes of a ray cone along a path (Cline 2023).
 //!
 //! Each operation is exact up to one rounding at the store: within half an ulp of the register's format
 //! under `rne`, below one ulp otherwise. −0 counts as +0, no result is NaN or infinite, and what

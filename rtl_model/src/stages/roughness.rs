@@ -27,7 +27,7 @@ pub struct Cfg {
     b: Quantizer,
 }
 
-/// What the stage reads.
+/// The inputs of the stage.
 #[derive(Clone, Copy, Debug)]
 pub struct In<'a, const N: usize> {
     /// Mantissas of v.

@@ -73,7 +73,7 @@ pub struct In {
     pub width: Dyadic,
 }
 
-/// What the texture is asked for.
+/// The texture request.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Out {
     /// Codes of dPdx and dPdy, in units of 2^`exponent`.

@@ -11,7 +11,7 @@ pub const PORT_FRAC: u32 = 30;
 const P: i64 = 30;
 const ONE: i64 = 1 << PORT_FRAC;
 
-/// What a table holds.
+/// The contents of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Function {
     /// 1/x on [1, 2).

@@ -1,4 +1,4 @@
-//! Blocks of lanes: what goes in, what the stages keep, what comes out.
+//! Blocks of lanes: inputs, results of the stages, outputs.
 
 use super::steps::StepFlags;
 use crate::fx::Flags;

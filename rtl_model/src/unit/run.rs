@@ -196,7 +196,7 @@ impl Unit {
         );
     }
 
-    /// What one lane asks of the texture.
+    /// The texture request of one lane.
     #[inline(always)]
     #[must_use]
     pub fn request<const N: usize>(&self, state: &State<N>, lane: usize) -> filter::In {

@@ -1,4 +1,4 @@
-//! The steps of ENV, and how a state keeps what they leave.
+//! The steps of ENV, and how a state keeps their results.
 //!
 //! Only the flags are shared by all steps: a kept state has a copy of them behind each.
 

@@ -81,7 +81,8 @@ impl<const N: usize> TexFront<N> {
     }
 }
 
-/// A tap that reports D, K and λ in texels: inside they count in half of a power of two of them.
+/// A tap that reports D, K and λ in texels. The unit computes them in multiples of 2^k/2 texels, where 2^k is the power
+/// of two that holds the texture's longer side.
 struct InTexels<'a, T> {
     tap: &'a mut T,
     /// log2 of the texels in that unit.

@@ -1,4 +1,4 @@
-//! One stage alone: the wires that come into it, by name, and its run from what they carry.
+//! One stage alone: its input wires, by name, and a run on their contents.
 //!
 //! For test benches and co-simulation. A wire carries what the stage before left in the block's state: codes in the
 //! nominal scale, mantissas, powers of two. Any codes within a wire's format are legal.
@@ -15,7 +15,7 @@ use crate::stages::block_frac;
 use crate::tap::Tap;
 use crate::texture::Texture;
 
-/// What a wire carries.
+/// The contents of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carries {
     /// Codes of fixed registers, the components shared out evenly.

@@ -1,4 +1,4 @@
-//! `trace SCENE --pixel X,Y`: every register, rtl beside f64.
+//! `trace SCENE --pixel X,Y`: every register, rtl next to f64.
 
 use std::io::{IsTerminal as _, Write as _};
 

@@ -1,4 +1,4 @@
-//! What either engine made of a request, and the `out` object that says so.
+//! The result of a request from either engine, and the `out` object that shows it.
 
 use rtl_model::cone::Cone;
 use rtl_model::regs::Reg;

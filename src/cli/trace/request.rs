@@ -1,4 +1,4 @@
-//! What a trace line asks for, read from it and written to it.
+//! The request of a trace line: reading and writing it.
 
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
@@ -8,7 +8,7 @@ use crate::error::InputError;
 use crate::fragment::{Fragment, HitFragment, Tangents, TexFragment};
 use crate::reference::ray_cone::Step;
 
-/// What a line asks for.
+/// The request of a line.
 #[derive(Clone, Debug)]
 pub(super) enum Request {
     /// Filter the environment for a fragment.
@@ -25,7 +25,7 @@ pub(super) enum Request {
 const MAX_STEPS: usize = 65_536;
 
 impl Request {
-    /// What a line asks for.
+    /// The request of a line.
     pub(super) fn read(line: &Line<'_>) -> Result<Self, InputError> {
         let expected = "\"env\", \"hit\", \"cone\" or \"tex\"";
         let value = line.need("op", expected)?.get();

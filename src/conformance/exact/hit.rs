@@ -89,7 +89,7 @@ fn radius(s: &mut Sheet<'_>, index: usize, face: usize, size: usize, codes: &[u3
     s.fixed(Reg::HitRadius, index, sum, zero());
 }
 
-/// What the search has seen: the last undershoot and overshoot as (d, ratio).
+/// The state of the search: the last undershoot and overshoot as (d, ratio).
 struct Bracket {
     under: (Wide, Wide),
     over: Option<(Wide, Wide)>,

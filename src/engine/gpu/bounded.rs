@@ -1,4 +1,4 @@
-//! Doubles that know how far a device's f32 may be from them: the tolerances of the stage checks.
+//! Doubles with a bound on the distance of a device's f32 from them: the tolerances of the stage checks.
 //!
 //! The float reference's stages run in this arithmetic at a kernel's own operands. Every operation adds what WGSL
 //! allows it (WGSL, "Floating Point Accuracy") to what its operands bring along; nothing is measured or tuned. ε = 2⁻²³

@@ -88,7 +88,7 @@ pub struct Difference {
     pub rtl: Option<Vec<f64>>,
 }
 
-/// What the checks of a scene found.
+/// The results of the checks of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageChecks {
     /// Registers in the order of the stages.

@@ -61,7 +61,7 @@ impl<'a> GpuHit<'a> {
     ///
     /// # Errors
     ///
-    /// A map beyond the device's limits, or what the driver reports.
+    /// A map beyond the device's limits, or the driver's error.
     pub fn new(
         gpu: &'a Gpu,
         settings: &Settings,
@@ -90,7 +90,7 @@ impl<'a> GpuHit<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn filter(
         &self,
         rays: &[HitFragment],
@@ -103,7 +103,7 @@ impl<'a> GpuHit<'a> {
     ///
     /// # Errors
     ///
-    /// What the driver reports.
+    /// The driver's error.
     pub fn reported(
         &self,
         rays: &[HitFragment],

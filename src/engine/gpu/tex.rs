@@ -143,7 +143,7 @@ impl<'a> GpuTex<'a> {
     ///
     /// # Errors
     ///
-    /// A map beyond the device's limits, or what the driver reports.
+    /// A map beyond the device's limits, or the driver's error.
     pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexSubject) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_camera(&subject.scene.camera);

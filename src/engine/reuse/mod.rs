@@ -68,7 +68,7 @@ impl Keys {
 /// every unit.
 const MOST_KEPT: u64 = 1 << 19;
 
-/// What was run again of a picture, and what was kept.
+/// The parts of a picture that were computed again, and those that were kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Saved {
     /// Steps that were not run again.

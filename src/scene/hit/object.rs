@@ -1,4 +1,4 @@
-//! What reflects: solids with a normal and a curvature at every point.
+//! Reflective objects: solids with a normal and a curvature at every point.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! Cameras of the TEX scenes and what a ray cone starts with.
+//! Cameras of the TEX scenes and the first cone of a ray.
 
 use glam::DVec3;
 

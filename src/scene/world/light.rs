@@ -1,4 +1,4 @@
-//! Light maps: what falls onto a world's walls beside their own glow.
+//! Light maps: the light that falls onto a world's walls, in addition to their own glow.
 
 use std::f64::consts::PI;
 

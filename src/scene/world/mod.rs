@@ -51,7 +51,7 @@ pub struct Item {
     first_wall: usize,
 }
 
-/// What a ray found.
+/// The result of casting a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
     /// Where, on which part.

@@ -1,4 +1,4 @@
-//! What a unit costs: circuits by stage, gate equivalents, cycles, texels.
+//! The cost of a unit: circuits by stage, gate equivalents, cycles, texels.
 //!
 //! The model assumes one circuit for every operation that a stage does on one fragment, pipelined, so that a fragment
 //! can enter every `front_interval` cycles, a probe every `probe_interval` and a look-up of the search every

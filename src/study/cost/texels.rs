@@ -1,4 +1,4 @@
-//! What a unit asks of texel memory: distinct tiles of 64 × 64 texels, and the hits of a small cache.
+//! The demands of a unit on texel memory: distinct tiles of 64 × 64 texels, and the hits of a small cache.
 
 use std::hash::{Hash as _, Hasher as _};
 

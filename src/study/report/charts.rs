@@ -1,4 +1,4 @@
-//! The charts of a study: the frontier of each picture, and what each axis does to the error.
+//! The charts of a study: the frontier of each picture, and the effect of each axis on the error.
 
 use std::collections::BTreeMap;
 

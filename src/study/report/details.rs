@@ -1,4 +1,4 @@
-//! What a report shows of chosen rows: pictures, error map, ladder, register errors, footprints.
+//! The details of chosen rows in a report: pictures, error map, ladder, register errors, footprints.
 //!
 //! [`gather`] renders a row once more and puts everything into one JSON object; `section.rs` needs nothing else.
 

@@ -21,7 +21,7 @@ use super::cost::CostModel;
 pub use ranges::{Range, Ranges};
 pub use words::Word;
 
-/// What a unit must keep against f64.
+/// The bounds that a unit must keep against f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
     /// Largest difference in 8-bit steps.

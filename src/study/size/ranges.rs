@@ -1,4 +1,4 @@
-//! The ranges that a scene's registers really take.
+//! The ranges of values that occur in a scene's registers.
 
 use rayon::prelude::*;
 use rtl_model::regs::{Kind, Reg};

@@ -24,7 +24,7 @@ pub struct Cfg {
     radius_plain: Quantizer,
 }
 
-/// What a look-up found.
+/// The result of a look-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
     /// Code of dist(q).

@@ -1,4 +1,4 @@
-//! What the search measures: |q|, the ratio |q|/dist(q) and its side of 1, the point l.
+//! The measurements of the search: |q|, the ratio |q|/dist(q) and its side of 1, the point l.
 
 use super::{Cfg, P, Ray, look_up};
 use crate::regs::Reg;

@@ -38,7 +38,7 @@ pub struct Cfg {
     dn_mod: [Quantizer; 3],
 }
 
-/// What the stage reads.
+/// The inputs of the stage.
 #[derive(Clone, Copy, Debug)]
 pub struct In<'a, const N: usize> {
     /// ∂n/∂x then ∂n/∂y, shifted with n.

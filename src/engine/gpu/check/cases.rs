@@ -13,7 +13,7 @@ use crate::reference::reflect::Reflection;
 use crate::reference::{Flag, Flags, Tap};
 use crate::stage::Stage;
 
-/// What goes from one stage to the next.
+/// The values passed from one stage to the next.
 pub(super) trait Operand {
     /// Appends the words that a kernel takes.
     fn put(&self, words: &mut Vec<u32>);

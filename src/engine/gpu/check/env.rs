@@ -93,7 +93,7 @@ fn fragment(
 ///
 /// # Errors
 ///
-/// What the driver reports.
+/// The driver's error.
 pub fn check_env(
     gpu: &Gpu,
     settings: &Settings,

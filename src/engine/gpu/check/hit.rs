@@ -37,7 +37,7 @@ impl Tap for Matrix {
 ///
 /// # Errors
 ///
-/// What the driver reports.
+/// The driver's error.
 pub fn check_hit(
     gpu: &Gpu,
     settings: &Settings,

@@ -1,4 +1,4 @@
-//! The stage `hit` from the device's own registers: what every one must be, given those before it.
+//! The stage `hit` from the device's own registers: the expected value of each, given those before it.
 
 use super::env::Rotation;
 use super::{Bounded, Expected, exactly, expect, number, own};
@@ -81,7 +81,7 @@ impl Walls<'_> {
     }
 }
 
-/// The place of a unit direction on a bordered cube of distances, and what stands there.
+/// The place of a unit direction on a bordered cube of distances, and the content of that place.
 fn bilinear_distance(q: [Bounded; 3], size: usize, texels: &[f64], look_up: LookUp) -> Bounded {
     let face = major_face(q.map(|c| c.value));
     let sizes = q.map(Bounded::abs);

@@ -1,4 +1,4 @@
-//! What the registers of `address` and `filter` must be, probe by probe, from the device's own.
+//! The expected registers of `address` and `filter`, probe by probe, from the device's own earlier ones.
 
 use super::{Bounded, EPSILON, Expected, exactly, expect, number, own};
 use crate::base::num;

@@ -165,7 +165,7 @@ impl Requests {
 ///
 /// # Errors
 ///
-/// What the driver reports.
+/// The driver's error.
 pub fn check_requests(
     gpu: &Gpu,
     settings: &Settings,
@@ -181,7 +181,7 @@ pub fn check_requests(
 ///
 /// # Errors
 ///
-/// What the driver reports.
+/// The driver's error.
 pub fn check_tex(
     gpu: &Gpu,
     settings: &Settings,
