@@ -73,7 +73,7 @@ impl Tangents {
     }
 }
 
-/// One texture request's geometry, in doubles; the cone comes beside it.
+/// One texture request's geometry, in doubles; the cone is a separate argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexFragment {
     /// Direction of the ray, of any length.

@@ -23,7 +23,7 @@ impl Shape {
     }
 }
 
-/// What a texel is stored as.
+/// The stored form of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// 4 × 8 bits, 0…1.

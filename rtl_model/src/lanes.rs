@@ -130,7 +130,7 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     }
 }
 
-/// Positive integers as mantissas in [1, 2) with 30 fraction bits and the powers of two beside them:
+/// Positive integers as mantissas in [1, 2) with 30 fraction bits and their powers of two:
 /// x = m · 2^e. Bits below 2^−30 of the mantissas are dropped.
 #[inline(always)]
 pub(crate) fn mantissa<const N: usize>(

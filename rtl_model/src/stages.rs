@@ -2,7 +2,7 @@
 //!
 //! A stage is written once. Batches run it with [`crate::NoTap`]; a trace runs it with one lane and
 //! a recording tap. Inside a lane every vector lives in a nominal scale, in which the largest
-//! component of n and of v lies in [1, 2); the powers of two that were taken out travel beside it
+//! component of n and of v lies in [1, 2); the powers of two that were taken out travel with it
 //! and come back only where a tap listens.
 
 pub mod address;

@@ -1,4 +1,4 @@
-//! `budget`: bounds of every register beside the worst errors seen, and whose words a scene's error comes from.
+//! `budget`: bounds of every register with the worst errors seen, and the share of each stage in a scene's error.
 
 use std::io::Write as _;
 use std::path::PathBuf;

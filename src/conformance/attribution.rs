@@ -33,7 +33,7 @@ pub struct Part {
     pub max_abs: f64,
 }
 
-/// Most bits that a register gets beside its own.
+/// Most bits that a register gets in addition to its own.
 const MOST: u32 = 12;
 
 /// Whether the unit can be built.

@@ -16,11 +16,11 @@ use crate::error::InputError;
 use crate::stage::Stage;
 use crate::unit::UnitSpec;
 
-/// Something that turns a case's inputs into its outputs: the integer model, or a device beside it.
+/// Something that turns a case's inputs into its outputs: the integer model, or a device next to it.
 ///
 /// Every engine that runs stages alone is one of these; suites, vectors and the judge know no more of it.
 pub trait Bench: Send {
-    /// What goes in and comes out.
+    /// The inputs and outputs.
     fn shape(&self) -> &Shape;
 
     /// Runs one case: `input` and `output` hold the numbers of [`Shape`]'s fields, in order.
@@ -73,7 +73,7 @@ pub fn model(
     })
 }
 
-/// Numbers beside the registers that a stage yields.
+/// Outputs of a stage that are no registers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extra {
     pub(super) face: i64,

@@ -48,7 +48,7 @@ pub const VACUOUS: f64 = 64.0;
 /// Below this an error is the judge's own arithmetic.
 const NOTHING: f64 = 1e-6;
 
-/// What a budget is worth.
+/// The verdict on a budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The bound holds and means something.

@@ -9,10 +9,10 @@ use rtl_model::unit::{Carries, Wire};
 use crate::base::num;
 use crate::stage::Stage;
 
-/// Bits of a power of two or of fraction bits that travel beside mantissas, the sign included.
+/// Bits of a power of two or of fraction bits that travel with mantissas, the sign included.
 pub const POWER_BITS: u32 = 16;
 
-/// What a field's numbers are.
+/// The kind of a field's numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Meaning {
     /// The 64 bits of a binary64 number.
@@ -261,7 +261,7 @@ pub fn registers(stage: Stage) -> impl Iterator<Item = Reg> {
     Reg::ALL.iter().copied().filter(move |reg| reg.info().stage == stage)
 }
 
-/// What a stage yields beside its registers: a face, or a count of at least `least` probes.
+/// The outputs of a stage that are no registers: a face, or a count of at least `least` probes.
 #[must_use]
 pub fn beside(config: &Config, stage: Stage, least: i64) -> Option<Field> {
     if stage == Stage::CubeFace {
@@ -286,9 +286,9 @@ pub fn components(config: &Config, stage: Stage, reg: Reg) -> usize {
 /// Inputs and outputs of a stage or of the unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// What goes in.
+    /// The inputs.
     pub inputs: Vec<Field>,
-    /// What comes out: every register, in the order in which they are written.
+    /// The outputs: every register, in the order in which they are written.
     pub outputs: Vec<Field>,
 }
 

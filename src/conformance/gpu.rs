@@ -117,7 +117,7 @@ fn operation(spec: &UnitSpec, input: &[i64]) -> (Cone, Step) {
 /// Registers within 2^±60: their squares are normal numbers of binary32.
 const POWER: i32 = 60;
 
-/// Whether binary32 can hold all values of a case. Shaders have no exponents beside their vectors: what is beyond is no
+/// Whether binary32 can hold all values of a case. Shaders have no exponents next to their vectors: what is beyond is no
 /// input of theirs.
 fn is_single(runner: &mut Runner, subject: Subject, input: &[i64]) -> bool {
     let words = input.iter().map(|x| f64::from_bits(x.cast_unsigned()));

@@ -45,7 +45,7 @@ impl Format {
     }
 }
 
-/// What a file says about itself.
+/// The header of a vector file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// What was run.

@@ -22,7 +22,7 @@ pub fn words(fragment: &Fragment) -> Words {
     }
 }
 
-/// What a fragment needs of the unit.
+/// The needs of a fragment: which parts of the unit.
 #[must_use]
 pub fn needs(fragment: &Fragment) -> Needs {
     Needs { bump: fragment.bump.is_some(), rough: fragment.rough.is_some() }

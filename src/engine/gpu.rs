@@ -23,7 +23,7 @@ use crate::reference::angle::Angles;
 use crate::reference::{Flag, probe_weights};
 use crate::settings::Settings;
 
-/// Bit and name of what a kernel or the host reports beside the reference's flags.
+/// Bit and name of each report of a kernel or the host that is no flag of the reference.
 const OWN_FLAGS: [(u32, &str); 3] = [
     (OVERFLOW, "gpu.overflow"),
     (INPUT_SATURATED, "gpu.input.saturated"),

@@ -75,7 +75,7 @@ impl Tiles {
         self.counts().iter().sum()
     }
 
-    /// The levels that have more than one tile beside each other, four pixels a tile: touched ones in the level's colour.
+    /// The levels that have more than one tile side by side, four pixels a tile: touched ones in the level's colour.
     #[must_use]
     pub fn picture(&self) -> Picture {
         const SIDE: usize = 4;

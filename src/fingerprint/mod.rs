@@ -86,7 +86,7 @@ pub struct Fingerprint {
     pub curve: Curve,
     /// Which length, the best rule first.
     pub rho: Vec<Fit<Rho>>,
-    /// For each clamp λ of a look-up alone and of the same one beside others: equal where given derivatives are used.
+    /// For each clamp λ of a look-up alone and of the same one among others: equal where given derivatives are used.
     pub neighbours: Vec<(u16, [f64; 2])>,
     /// λ over the ratio for each clamp, by given derivatives and by those of a quad.
     pub ratios: Vec<aniso::Levels>,
@@ -297,7 +297,7 @@ fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Map
         .collect())
 }
 
-/// Whether λ of a look-up alone and beside others shows that its derivatives count: the same, and above 0.
+/// Whether λ of a look-up alone and among others shows that its derivatives count: the same, and above 0.
 #[must_use]
 pub fn honours([alone, together]: [f64; 2]) -> bool {
     alone > 0.0 && (alone - together).abs() < 1e-3

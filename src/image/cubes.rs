@@ -11,7 +11,7 @@ pub(super) enum Arrangement {
     OpenExr,
     /// Six faces below each other, as a GPU stores them.
     Column,
-    /// Six faces beside each other.
+    /// Six faces side by side.
     Row,
     /// 4:3: `. +y . .` over `-x +z +x -z` over `. -y . .`.
     WideCross,

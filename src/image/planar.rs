@@ -53,7 +53,7 @@ impl Planar {
 
     /// Finds the colour planes.
     ///
-    /// `R G B` of the unnamed layer; else a lone `Y`, or a lone channel of any name beside alpha,
+    /// `R G B` of the unnamed layer; else a lone `Y`, or a lone channel of any name apart from alpha,
     /// as grey; else the only named layer that has all of `R G B` (`diffuse.R` …).
     ///
     /// # Errors

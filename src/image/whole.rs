@@ -1,6 +1,6 @@
 //! Output files that appear whole or not at all.
 //!
-//! Contents wait in memory. A temporary beside the final name exists only from the moment in which all contents are
+//! Contents wait in memory. A temporary file next to the final name exists only from the moment in which all contents are
 //! there to the renaming, so that nothing stays where a signal ends the process while it works.
 
 use std::io::{self, Write};
@@ -162,7 +162,7 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A temporary beside a path, with the rights of any new file.
+/// A temporary file next to a path, with the rights of any new file.
 fn temporary(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".tapline-").suffix(".tmp");

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::bump::BumpMap;
 use crate::policy::Curvature;
 
-/// What a texel of the pyramid holds.
+/// The content of a texel of the pyramid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments {
     /// Mean of b1, b2.

@@ -1,4 +1,4 @@
-//! Every built-in scene, in one list: a row lies beside the function that says what it shows.
+//! Every built-in scene, in one list: a row lies next to the function that says what it shows.
 
 use super::bump::BumpMap;
 use super::surface::{Camera, Shape};
@@ -18,7 +18,7 @@ pub struct SceneInfo {
     pub plan: Plan,
 }
 
-/// What a scene is made of, by the operation that it uses.
+/// The content of a scene, by the operation that it uses.
 #[derive(Clone, Copy, Debug)]
 pub enum Plan {
     /// A reflector: camera and surface by the picture's columns and rows, and its bump map.

@@ -93,7 +93,7 @@ pub struct Plan {
     pub places: Vec<Place>,
     /// Axis of the float reference.
     pub reference_axis: ReferenceAxis,
-    /// What the unit is compared with: f64 always, and what the file names beside it.
+    /// What the unit is compared with: f64 always, and the engines that the file names in addition.
     pub against: Vec<Rung>,
     /// Samples a pixel of `truth`.
     pub samples: u32,

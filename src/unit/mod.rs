@@ -1,6 +1,6 @@
 //! The unit as a user sees it: every choice under a path, a default, a file format.
 //!
-//! [`UnitSpec`] holds the integer model's [`rtl_model::Config`] and, beside it, the numbers that the
+//! [`UnitSpec`] holds the integer model's [`rtl_model::Config`] and, next to it, the numbers that the
 //! float engines use as they were written (the roughness scale and the rotation in doubles).
 
 pub mod bounds;

@@ -147,7 +147,7 @@ fn normal_fields(format: SmallFloat, code: u32) -> (u64, u64, bool) {
     (if zero { 0 } else { m }, biased, odd)
 }
 
-/// Moves each cone by the distance with the binary32 code beside it. `random` decides where the rounding is
+/// Moves each cone by the distance with the binary32 code of the same index. `random` decides where the rounding is
 /// stochastic. False, and nothing changed, where a number is subnormal, infinite or NaN.
 ///
 /// The leading ones of both terms are on bit 58 or 59: products of significands need no search for theirs.

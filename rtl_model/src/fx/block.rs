@@ -2,7 +2,7 @@
 //!
 //! The mantissas fill the register: the largest component's leading bit lands on the top bit. The
 //! shared shift is found by a priority encoder; value = mantissa · 2^−frac with a `frac` that the
-//! block carries beside it.
+//! block carries with it.
 
 use super::quantize::Quantizer;
 

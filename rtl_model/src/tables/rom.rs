@@ -187,7 +187,7 @@ fn to_index(x: i64) -> usize {
     usize::try_from(x).unwrap_or(0)
 }
 
-/// A positive integer as mantissa in [1, 2) with `PORT_FRAC` bits and the power of two beside it:
+/// A positive integer as mantissa in [1, 2) with `PORT_FRAC` bits and its power of two:
 /// x = m · 2^e. Bits below 2^−30 of the mantissa are dropped.
 #[inline(always)]
 #[must_use]

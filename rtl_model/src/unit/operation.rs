@@ -52,7 +52,7 @@ pub trait Operation: Sync {
         tap: &mut T,
     );
 
-    /// Feeds everything that the results of a step depend on, beside the steps before it and the memory, to a hasher.
+    /// Feeds everything that the results of a step depend on, apart from the steps before it and the memory, to a hasher.
     fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H);
 
     /// What follows the steps: the filter of the block's lanes, or without a texture their probe counts and flags.

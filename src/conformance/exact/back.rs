@@ -100,7 +100,7 @@ fn power(bits: u32) -> f64 {
     libm::ldexp(1.0, -num::i32(bits))
 }
 
-/// The entry of the bin that 2α lies in; beside a boundary, whose constants have 28 bits, either of the two.
+/// The entry of the bin that 2α lies in; next to a boundary, whose constants have 28 bits, either of the two.
 fn table_axis(s: &mut Sheet<'_>, two_b: Wide, diff: Wide) {
     if two_b.is_zero() && diff.is_zero() {
         nearest(s, &[[1.0, 0.0]], 0.0);

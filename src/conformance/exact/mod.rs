@@ -29,7 +29,7 @@ use crate::engine::hit::distances_of;
 use crate::engine::probe::RtlProbe;
 use crate::stage::Stage;
 
-/// What the rules know of a unit beside its registers.
+/// The data of a unit, apart from its registers, that the rules use.
 pub struct Judge {
     subject: Subject,
     build: Build,

@@ -145,7 +145,7 @@ impl<'a> Sheet<'a> {
         self.fixed_in(reg, component, exact, slack, None);
     }
 
-    /// [`Sheet::fixed`] of a register that is clamped to ±`limit` beside its format.
+    /// [`Sheet::fixed`] of a register that is clamped to ±`limit` in addition to its format's range.
     pub fn fixed_in(
         &mut self,
         reg: Reg,

@@ -117,7 +117,7 @@ impl KeptTex {
         self.engine.as_ref()
     }
 
-    /// What tells the last rendering's probes apart from others', beside the addresses' own configuration; nothing
+    /// What tells the last rendering's probes apart from others', in addition to the addresses' own configuration; nothing
     /// where no registers are kept.
     #[must_use]
     pub fn probes_key(&self) -> Option<u64> {

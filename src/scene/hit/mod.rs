@@ -78,7 +78,7 @@ pub struct Plan {
     pub radius: f64,
     /// Radius of the ball's silhouette as a share of the picture's shorter side.
     pub share: f64,
-    /// What the ball does with light.
+    /// The ball's effect on light.
     pub finish: Finish,
     /// A lamp whose light the ball throws onto the walls.
     pub lamp: Option<Lamp>,

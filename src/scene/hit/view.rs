@@ -11,7 +11,7 @@ use crate::optics::{fresnel, refract};
 use crate::scene::surface::Camera;
 use crate::scene::world::World;
 
-/// What the object does with light.
+/// The object's effect on light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finish {
     /// Reflects all of it.

@@ -11,7 +11,7 @@ use crate::fragment::TexFragment;
 use crate::optics::{fresnel, refract};
 use crate::reference::ray_cone::Step;
 
-/// What a surface does with a path.
+/// A surface's effect on a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finish {
     /// Shows a texture by daylight; the path ends.
@@ -50,7 +50,7 @@ pub struct Look {
     pub bounce: u32,
 }
 
-/// What happens on a path, in order.
+/// The events on a path, in order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The cones change.

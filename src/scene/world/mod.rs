@@ -71,7 +71,7 @@ pub struct Sight {
 pub struct World {
     items: Vec<Item>,
     walls: Vec<[f64; 2]>,
-    /// What falls onto the walls beside their own glow.
+    /// The light that falls onto the walls in addition to their own glow.
     pub light: Option<Arc<LightMap>>,
 }
 

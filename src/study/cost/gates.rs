@@ -37,7 +37,7 @@ impl Default for Cells {
     }
 }
 
-/// What a stage is made of.
+/// The circuits of a stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
     /// Multipliers: widths of the two operands, and how many.

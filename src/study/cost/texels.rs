@@ -88,7 +88,7 @@ impl Maps {
     }
 }
 
-/// What was asked of memory.
+/// The requests to memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TexelUse {
     /// Distinct tiles of 64 × 64 texels.
