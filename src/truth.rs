@@ -38,7 +38,7 @@ impl Default for TruthOptions {
     }
 }
 
-/// A picture with what it knows about its own error.
+/// A picture with the estimate of its own error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruthPicture {
     /// Linear RGB of every fragment; elsewhere black and not covered.

@@ -18,7 +18,7 @@ pub struct Difference {
     pub component: usize,
     /// What the device has, as a vector line writes it.
     pub observed: String,
-    /// What is expected there.
+    /// The expected value.
     pub expected: String,
     /// Fields that differ besides.
     pub more: usize,
@@ -189,7 +189,7 @@ impl Checker {
         }
     }
 
-    /// What makes the comparison worth little: all outputs zero, or every case flagged.
+    /// The reason why a comparison proves little: all outputs zero, or every case flagged.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut out = Vec::new();

@@ -44,7 +44,7 @@ impl Level {
 
 /// Something to run; its `run` must be `#[inline(always)]`.
 pub trait Task {
-    /// What it yields.
+    /// Its results.
     type Output;
 
     /// Does it.
@@ -87,7 +87,7 @@ pub type Each<'a, O> = &'a mut dyn FnMut(&BlockOf<O, LANES>, &Results<LANES>);
 pub struct Blocks<'a, O: Operation> {
     /// The compiled unit.
     pub unit: &'a O,
-    /// What it reads.
+    /// Its inputs.
     pub memory: &'a Memory,
     /// The blocks.
     pub source: Source<'a, O>,

@@ -7,7 +7,7 @@ use rtl_model::{Config, ConfigError, Texture};
 use crate::cube::{CubeMap, across_edge};
 use crate::fragment::Fragment;
 
-/// The ports' words of a fragment; what a fragment lacks is zero.
+/// The ports' words of a fragment; a missing input is zero.
 #[must_use]
 pub fn words(fragment: &Fragment) -> Words {
     let bits = |v: [f64; 3]| v.map(f64::to_bits);

@@ -87,7 +87,7 @@ pub fn tables(settings: &Settings) -> Tables {
     out
 }
 
-/// Operands of many fragments as words, and what the host found wrong with each.
+/// Operands of many fragments as words, with the host's flags for each.
 #[derive(Clone, Debug, Default)]
 pub struct Operands {
     /// Words of all fragments.
@@ -206,7 +206,7 @@ pub struct GpuEnv<'a> {
     policy: Policy,
 }
 
-/// A fragment's words: what it lacks is zero.
+/// A fragment's words: a missing input is zero.
 pub fn encode(operands: &mut Operands, fragment: &Fragment) {
     let f = fragment;
     operands.begin();

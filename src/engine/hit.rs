@@ -43,7 +43,7 @@ pub struct HitResult {
     pub probes: u32,
     /// Texels that the filter read.
     pub texels: u64,
-    /// Names of what the ray reported.
+    /// Names of the ray's flags.
     pub flags: Vec<String>,
     /// Whether a step went beyond the reference surface.
     pub overshot: bool,

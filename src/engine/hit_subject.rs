@@ -51,7 +51,7 @@ pub struct HitSubject {
     pub lit: Option<Lit>,
 }
 
-/// What the walls get from a lamp through the object, by whom.
+/// The light on the walls from a lamp through the object, by engine.
 #[derive(Clone, Debug)]
 pub struct Lit {
     /// Photons that entered the object.

@@ -136,7 +136,7 @@ pub struct Rendering {
     pub standard_error: Option<f64>,
     /// How the searches of the HIT operation ended, where the engine searches.
     pub searches: Option<Searches>,
-    /// What was asked of 2-D textures, where the scene has some and the engine filters.
+    /// The requests to 2-D textures, where the scene has some and the engine filters.
     pub texture_use: Option<TextureUse>,
     /// How many fragments left the range of f32 on the way, and the pixel of the first, where the engine has that range.
     pub beyond_f32: Option<(u64, [u32; 2])>,

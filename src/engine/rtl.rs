@@ -119,7 +119,7 @@ impl<O: Operation> Rtl<O> {
         color(&self.config, code)
     }
 
-    /// Names of what is flagged.
+    /// Names of the flags that are set.
     #[must_use]
     pub fn flag_names(&self, flags: Flags) -> Vec<String> {
         flag_names(&self.config, flags)
@@ -131,7 +131,7 @@ fn color(config: &Config, code: [i64; 3]) -> [f64; 3] {
     code.map(|c| super::probe::to_f64(c, frac))
 }
 
-/// Names of what is flagged.
+/// Names of the flags that are set.
 #[must_use]
 pub fn flag_names(config: &Config, flags: Flags) -> Vec<String> {
     let registers = Reg::ALL.iter().filter(|reg| flags.has(**reg));
@@ -158,7 +158,7 @@ pub fn overflow_name(config: &Config, reg: Reg) -> String {
 pub type RtlEngine = Rtl<Unit>;
 
 impl RtlEngine {
-    /// Compiles a unit for what a scene needs and encodes its environment.
+    /// Compiles a unit with the parts that a scene needs and encodes its environment.
     pub fn new(spec: &UnitSpec, needs: Needs, map: &CubeMap) -> Result<Self, InputError> {
         Self::again(None, spec, needs, map)
     }
@@ -264,7 +264,7 @@ impl Filtered {
         }
     }
 
-    /// Names and counts of what was flagged.
+    /// Names and counts of the flags that were set.
     #[must_use]
     pub fn flag_names(&self, config: &Config) -> BTreeMap<String, u64> {
         let registers = Reg::ALL.iter().map(|reg| overflow_name(config, *reg));

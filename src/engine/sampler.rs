@@ -151,7 +151,7 @@ impl<'a> SamplerEngine<'a> {
     }
 }
 
-/// What is known of a picture whose probes only the device knows.
+/// The data of a picture whose probes only the device knows.
 fn rendering(picture: Picture, start: Instant, look_ups: usize) -> Rendering {
     Rendering {
         picture,

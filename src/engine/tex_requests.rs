@@ -104,7 +104,7 @@ impl TexSubject {
         out
     }
 
-    /// Every request of a row through a recording tap: what it wrote, and its probes.
+    /// Every request of a row through a recording tap: its registers and its probes.
     pub fn trace_row(
         &self,
         engine: &TexEngine,

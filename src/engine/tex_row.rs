@@ -11,7 +11,7 @@ use super::tex_requests::Request;
 use super::tiles::{Tiles, level_colour};
 use crate::fragment::HitFragment;
 
-/// What a row's requests came to.
+/// The results of a row's requests.
 pub(super) struct Row {
     pub(super) rgb: Vec<[f64; 3]>,
     pub(super) levels: Vec<[f64; 4]>,

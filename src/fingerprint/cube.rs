@@ -65,7 +65,7 @@ impl Ties {
     }
 }
 
-/// What is filtered across edges and at corners.
+/// The filter across edges and at corners.
 #[derive(Clone, Debug)]
 pub struct Seams {
     /// The rules that come closest.

@@ -53,7 +53,7 @@ const TABLE_RATIOS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 1
 /// Ratios whose angle is swept.
 const SWEPT_RATIOS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
-/// A kind of look-up with anisotropy, and what was found about it.
+/// A kind of look-up with anisotropy, and the findings about it.
 #[derive(Clone, Debug)]
 pub struct Filter {
     /// The rules that fit best.
@@ -67,7 +67,7 @@ pub struct Filter {
 /// A footprint of the tap map: every texel's weight, and the taps if there are any.
 #[derive(Clone, Debug)]
 pub struct Mapped {
-    /// What was asked for, on a texture of [`MAP`] texels.
+    /// The look-up, on a texture of [`MAP`] texels.
     pub footprint: Footprint,
     /// Texels.
     pub transfer: Transfer,
@@ -106,13 +106,13 @@ pub struct Fingerprint {
     pub cube_map: Vec<(Source, Vec<Shown>)>,
     /// Kinds of look-up with anisotropy.
     pub filters: Vec<Filter>,
-    /// What the findings claim.
+    /// The claims of the findings.
     pub model: Model,
     /// How many random look-ups the model predicts.
     pub checks: Vec<Group>,
 }
 
-/// Finds out what a texture unit does. `progress` gets the name of each step before it starts.
+/// Finds the rules of a texture unit. `progress` gets the name of each step before it starts.
 ///
 /// # Errors
 ///

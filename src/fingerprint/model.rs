@@ -10,7 +10,7 @@ use crate::cube::{across_edge, direction, face_uv};
 use crate::error::InputError;
 use crate::sampler::{Format, Image, Query, Shape, Source, State, TextureUnit};
 
-/// What a fingerprint claims.
+/// The claims of a fingerprint.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// Weights between texels of float textures.
@@ -25,13 +25,13 @@ pub struct Model {
     pub cube_rho: (Projection, Rho),
     /// What holds where the clamp is above 1; on cubes the derivatives are projected as `cube_rho` says.
     pub rules: Vec<Rule>,
-    /// What lies beyond an edge of a cube.
+    /// The texels read beyond an edge of a cube.
     pub seam: Seam,
     /// What takes the place of the missing texel.
     pub corner: Corner,
 }
 
-/// What a look-up's derivatives become.
+/// The filter that a look-up's derivatives lead to.
 struct Footprint {
     lod: f64,
     /// Taps by their offsets in texels of level 0.
@@ -259,7 +259,7 @@ fn last(image: &Image, level: usize) -> i64 {
     i64::try_from(image.side(level)).map_or(i64::MAX, |n| n - 1)
 }
 
-/// What a format keeps of a texel.
+/// The value of a texel after storage in a format.
 fn stored(format: Format, texel: [f32; 4]) -> [f64; 4] {
     texel.map(|c| match format {
         Format::Unorm8 => (f64::from(c.clamp(0.0, 1.0)) * 255.0).round() / 255.0,

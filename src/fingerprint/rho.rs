@@ -2,7 +2,7 @@
 
 use crate::cube::{FACE_AXES, face_uv};
 
-/// What is taken for the length of a footprint with derivatives ∂(s, t)/∂x and ∂(s, t)/∂y in texels of level 0.
+/// The length of a footprint, by one of several rules, with derivatives ∂(s, t)/∂x and ∂(s, t)/∂y in texels of level 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rho {
     /// The longer of the two derivatives: the ideal of D3D and Vulkan.

@@ -3,7 +3,7 @@
 use super::aniso::{Count, LodRule};
 use crate::sampler::{Shape, Source};
 
-/// What lies beyond a cube's edge.
+/// The texels read beyond a cube's edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Seam {
     /// The neighbouring face's texels.

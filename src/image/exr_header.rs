@@ -40,7 +40,7 @@ pub(super) enum Blocks {
     },
 }
 
-/// What is needed of a part to find and place its pixels.
+/// The data of a part that its pixels are found and placed by.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     pub(super) width: usize,

@@ -144,7 +144,7 @@ fn collect(
     }
 }
 
-/// A little-endian reader over what is left.
+/// A little-endian reader over the remaining bytes.
 struct Words<'a>(&'a [u8]);
 
 impl<'a> Words<'a> {

@@ -2,7 +2,7 @@
 
 use crate::error::InputError;
 
-/// What an `envmap` attribute says about a file's pixels.
+/// The meaning of an `envmap` attribute for a file's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnvLayout {
     /// Latitude-longitude, samples on the poles and on both ends of a row.

@@ -101,7 +101,7 @@ pub fn commit_all(files: impl IntoIterator<Item = WholeFile>) -> Result<(), Inpu
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// What was not there, innermost first.
+    /// Folders that did not exist, innermost first.
     missing: Vec<PathBuf>,
 }
 

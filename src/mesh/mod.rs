@@ -51,7 +51,7 @@ pub struct Soup {
     pub triangles: Vec<[Corner; 3]>,
 }
 
-/// What was done to a file's triangles, for a line on stderr.
+/// The changes to a file's triangles, for a line on stderr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repairs {
     /// Triangles without area, left out.

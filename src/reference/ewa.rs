@@ -22,7 +22,7 @@ pub const FINE_ENOUGH: f64 = 256.0;
 /// to 15 roundings of its own, about 2⁷ roundings in all.
 const RUN: usize = 16;
 
-/// The filtered colour and what it took.
+/// The filtered colour and the lattice behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ewa {
     /// Linear RGB.

@@ -4,7 +4,7 @@ use super::address::{Address, texel_coordinate};
 use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, across_edge};
 
-/// What lies around the faces of one level: a ring of neighbours, and the corners' means.
+/// The surroundings of the faces of one level: a ring of neighbours, and the corners' means.
 #[derive(Clone, Debug)]
 struct Border {
     /// Index (face·4 + side)·size + t; sides: left, right, top, bottom.

@@ -33,7 +33,7 @@ pub fn section(title: &str, body: &Markup) -> Markup {
     html! { @if !body.0.is_empty() { section { h2 { (title) } (body) } } }
 }
 
-/// What it takes to repeat a run; what is empty is left out.
+/// The data needed to repeat a run; empty entries are left out.
 #[must_use]
 pub fn facts(facts: &[(&str, String)]) -> Markup {
     html! {

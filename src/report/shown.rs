@@ -4,7 +4,7 @@ use crate::error::InputError;
 use crate::picture::Picture;
 use crate::srgb::srgb_encode;
 
-/// From linear light to what is shown: exposure, clamp, sRGB.
+/// From linear light to displayed values: exposure, clamp, sRGB.
 #[derive(Clone, Copy, Debug)]
 pub struct Show {
     scale: f64,

@@ -46,7 +46,7 @@ const MAX_PIXELS: usize = 1 << 26;
 /// Largest procedural environment: 4096² × 6 texels of 12 bytes are 1.2 GB.
 const MAX_FACE_SIZE: usize = 4096;
 
-/// What a user may choose about a scene.
+/// A user's choices about a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
     /// Columns of the picture.
@@ -229,7 +229,7 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
     Ok(Scene { info, width, height, face_size, fragments, surface, notes })
 }
 
-/// The mesh that takes the place of a scene's ball, and what is to be said about it.
+/// The mesh that takes the place of a scene's ball, and the notes about it.
 fn mesh_for(
     path: &Path,
     info: &SceneInfo,

@@ -7,14 +7,14 @@ use crate::error::InputError;
 use crate::operation::{Needs, Operation};
 use crate::stage::Stage;
 
-/// A built-in scene: what it is called and what it shows.
+/// A built-in scene: its name and its content.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneInfo {
     /// The name on the command line.
     pub name: &'static str,
     /// What it shows, in one line.
     pub description: &'static str,
-    /// What it is made of.
+    /// Its parts.
     pub plan: Plan,
 }
 

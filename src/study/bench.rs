@@ -96,7 +96,7 @@ pub struct Found {
     pub measures: Measures,
     /// The unit's picture.
     pub picture: Picture,
-    /// What was not run again.
+    /// The parts that were not run again.
     pub saved: Saved,
 }
 

@@ -81,7 +81,7 @@ pub fn bounces(text: &str) -> Result<[u32; 2], String> {
 /// A study, as its file says.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What it is called.
+    /// Its name.
     pub title: String,
     /// The unit that axes change.
     pub unit: UnitSpec,

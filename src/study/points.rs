@@ -8,7 +8,7 @@ use crate::base::random::Random;
 use crate::stage::Stage;
 use crate::unit::knobs::{Path, Value};
 
-/// One unit of a study: what it changes.
+/// One unit of a study: its changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// Its number in the study, from 0.

@@ -55,7 +55,7 @@ pub fn number(plan: &Plan, points: usize, place: usize, point: usize) -> usize {
     place * points + point
 }
 
-/// What a unit was found to be worth, or why it was refused.
+/// The figures of a unit, or the reason of its refusal.
 pub type Outcome = Result<Measures, InputError>;
 
 /// A row.

@@ -20,7 +20,7 @@ use words::{SQRT_3, TableErrors, Words, power};
 /// One bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
-    /// What it bounds.
+    /// The quantity that it bounds.
     pub name: &'static str,
     /// Largest |error|, in the unit that `holds` names.
     pub bound: f64,
@@ -37,7 +37,7 @@ fn inverse(x: f64) -> f64 {
     if x < 1.0 { 1.0 / (1.0 - x) } else { f64::INFINITY }
 }
 
-/// Errors of what comes into `reflect` and `jacobian`.
+/// Errors of the inputs of `reflect` and `jacobian`.
 struct Inputs {
     /// Length of v's error over |v|.
     v: f64,
@@ -115,7 +115,7 @@ impl Frame {
     }
 }
 
-/// Errors of what the projection takes: 1/|ma| relative, u and v absolute.
+/// Errors of the projection's inputs: 1/|ma| relative, u and v absolute.
 struct Facing {
     inv: f64,
     uv: f64,

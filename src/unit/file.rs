@@ -222,7 +222,7 @@ pub(crate) fn convert(value: &DeValue<'_>) -> Option<Value> {
     })
 }
 
-/// Reads a unit file; what it leaves out keeps its default.
+/// Reads a unit file; a missing path keeps its default.
 pub fn from_toml(subject: &str, text: &str) -> Result<UnitSpec, InputError> {
     read(subject, text).map(|(spec, _)| spec)
 }

@@ -48,7 +48,7 @@ pub struct Knob {
     pub meaning: String,
 }
 
-/// What a path names.
+/// The knob that a path names.
 #[derive(Clone, Copy, Debug)]
 pub enum Path {
     /// A row of the table of knobs.

@@ -47,7 +47,7 @@ pub struct In {
     pub lod: i64,
 }
 
-/// Filtered colour and what it took.
+/// Filtered colour and the number of texels read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Out {
     /// RGB with the register's fraction bits.

@@ -97,7 +97,7 @@ impl Judge {
         Self { subject, build, map: memory::cube(build.size), distances: distances.flatten() }
     }
 
-    /// What every rule found, in pipeline order.
+    /// The finding of every rule, in pipeline order.
     #[must_use]
     pub fn judge(&self, config: &Config, case: &Case<'_>) -> Vec<Finding> {
         let mut sheet = Sheet::new(config, case.probe);

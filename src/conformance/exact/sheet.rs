@@ -1,4 +1,4 @@
-//! The sheet on which the rules note what they found.
+//! The sheet on which the rules note their findings.
 
 use rtl_model::Config;
 use rtl_model::fx::{Overflow, Rounding};
@@ -22,7 +22,7 @@ pub struct Finding {
     pub name: &'static str,
     /// Component.
     pub component: usize,
-    /// What the device has.
+    /// The device's value.
     pub observed: i64,
     /// The formula's value in LSB, unrounded.
     pub exact: f64,
@@ -44,7 +44,7 @@ impl Finding {
 /// them: below 2^−30 LSB.
 const OWN: f64 = 9.313_225_746_154_785e-10;
 
-/// Registers to judge, and what was found.
+/// Registers to judge, and the findings.
 pub struct Sheet<'a> {
     /// The unit.
     pub config: &'a Config,
@@ -127,7 +127,7 @@ impl<'a> Sheet<'a> {
         Wide::code(1, frac)
     }
 
-    /// What a rounding to a register is off by, in true units.
+    /// The error of a rounding to a register, in true units.
     #[must_use]
     pub fn unseen(&self, reg: Reg, component: usize) -> Wide {
         self.lsb(reg, component) * real(self.rounding(reg))
@@ -339,21 +339,21 @@ impl<'a> Sheet<'a> {
         x.abs() * real(relative)
     }
 
-    /// 1/x, and what the table may be off by; 0 for 0.
+    /// 1/x, and the largest error of the table; 0 for 0.
     #[must_use]
     pub fn recip(&self, x: Wide) -> (Wide, Wide) {
         let y = real(1.0) / x;
         (y, Self::share(y, self.tables.recip))
     }
 
-    /// √x, and what the table may be off by.
+    /// √x, and the largest error of the table.
     #[must_use]
     pub fn sqrt(&self, x: Wide) -> (Wide, Wide) {
         let y = x.sqrt();
         (y, Self::share(y, self.tables.sqrt))
     }
 
-    /// 1/√x, and what the table may be off by; 0 for 0.
+    /// 1/√x, and the largest error of the table; 0 for 0.
     #[must_use]
     pub fn rsqrt(&self, x: Wide) -> (Wide, Wide) {
         let y = real(1.0) / x.sqrt();

@@ -30,7 +30,7 @@ use crate::stage::Stage;
 /// Fragments whose operands are put together before the kernels run.
 const CHUNK: usize = 1 << 14;
 
-/// What a word of the results must be: the value, and how far a device may be from it. No value: not compared.
+/// The expected word of a result: the value, and the tolerance around it. No value: not compared.
 pub type Expected = Option<(f64, f64)>;
 
 /// One fragment at one stage.
@@ -67,7 +67,7 @@ pub struct Row {
     pub unexplained: u64,
 }
 
-/// A register that is not what it must be.
+/// A register outside its tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// The stage.

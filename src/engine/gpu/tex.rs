@@ -38,7 +38,7 @@ pub struct GpuTex<'a> {
     sky: Program,
     textures: Vec<Memory>,
     environment: Memory,
-    /// What lies beyond the textures' edges.
+    /// Address modes beyond the textures' edges.
     pub wrap: [Wrap; 2],
 }
 

@@ -18,7 +18,7 @@ use crate::engine::{Rendering, Subject};
 use crate::error::InputError;
 use crate::unit::UnitSpec;
 
-/// A subject's requests with what a unit has made of them.
+/// A scene's requests with a unit's results for them.
 #[derive(Debug)]
 pub struct Kept<O: Operation> {
     engine: Option<Rtl<O>>,
@@ -32,12 +32,12 @@ impl<O: Operation> Default for Kept<O> {
     }
 }
 
-/// A subject's fragments with what a unit has made of them.
+/// A scene's fragments with a unit's results for them.
 pub type KeptEnv = Kept<Unit>;
-/// A subject's rays with what a unit has made of them.
+/// A scene's rays with a unit's results for them.
 pub type KeptHit = Kept<HitUnit>;
 
-/// Parts of a result in order, when their making began, and what was kept.
+/// Parts of a result in order, the time of the start, and the parts that were kept.
 type Again<P> = (Vec<P>, Instant, Saved);
 
 impl<O: Operation> Kept<O> {

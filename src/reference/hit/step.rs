@@ -3,7 +3,7 @@
 use crate::policy::Method;
 use crate::reference::real::Narrow;
 
-/// What the loop keeps.
+/// The state of the loop.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<N> {
     /// dist(R).

@@ -65,7 +65,7 @@ impl HitScene {
     }
 }
 
-/// What a scene holds: a reflective ball in a world.
+/// The content of a scene: a reflective ball in a world.
 #[derive(Debug)]
 pub struct Plan {
     /// What surrounds the ball.

@@ -29,7 +29,7 @@ pub enum Finish {
 pub struct Leaving {
     /// The unit's input; x is relative to the reference point.
     pub fragment: HitFragment,
-    /// Linear RGB factor of what the ray finds.
+    /// Linear RGB factor of the light that the ray finds.
     pub weight: [f64; 3],
 }
 
@@ -112,7 +112,7 @@ impl View {
         .then_some(sum)
     }
 
-    /// What the eye sees past the object: the mean of 4 × 4 rays through the pixel.
+    /// The view past the object: the mean of 4 × 4 rays through the pixel.
     #[must_use]
     pub fn past(&self, column: usize, row: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];

@@ -48,7 +48,7 @@ pub struct TexScene {
     pub bounces: u32,
     /// First and last bounce whose light alone counts; paths then go on to the last however little they still weigh.
     pub only: Option<[u32; 2]>,
-    /// Surfaces and what they do.
+    /// Surfaces and their effects on paths.
     pub surfaces: Vec<(Shape, Finish)>,
     /// Textures; the first is the floor's.
     pub textures: Vec<PlanarMap>,

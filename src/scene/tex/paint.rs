@@ -7,7 +7,7 @@ use crate::base::random::stirred;
 use crate::image::mips::build_planar_mips;
 use crate::planar::{PlanarLevel, PlanarMap};
 
-/// What a texture shows.
+/// The pattern of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paint {
     /// A floor like a map: tinted fields with borders, a grid, fine marks.

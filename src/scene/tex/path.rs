@@ -30,7 +30,7 @@ pub enum Finish {
     Glazed {
         /// Which texture.
         texture: usize,
-        /// What the glaze reflects.
+        /// The share that the glaze reflects.
         share: f64,
         /// Whether the inner side is matt instead: it scatters what comes.
         lined: bool,
@@ -44,7 +44,7 @@ pub struct Look {
     pub texture: usize,
     /// The ray at the surface.
     pub fragment: TexFragment,
-    /// Linear RGB factor of what the texture shows.
+    /// Linear RGB factor of the texture's colour.
     pub weight: f64,
     /// Bounces before it.
     pub bounce: u32,
@@ -71,7 +71,7 @@ pub enum Event {
 pub struct Path {
     /// Unit direction of its first ray.
     pub direction: [f64; 3],
-    /// What happens on it.
+    /// Its events.
     pub events: Vec<Event>,
 }
 

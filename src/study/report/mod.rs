@@ -53,7 +53,7 @@ pub fn page(results: &Results, details: Option<&Value>) -> (String, Vec<(String,
     (page, files.chain(details.into_iter().flat_map(|(_, files)| files)).collect())
 }
 
-/// A drawing and what it shows.
+/// A drawing and its caption.
 fn drawing(svg: &str, caption: &str) -> Markup {
     html! { figure.drawing { (PreEscaped(svg)) figcaption { (caption) } } }
 }
@@ -89,7 +89,7 @@ fn introduction(header: &Value, results: &Results, on_front: &[bool]) -> Markup 
     }
 }
 
-/// What a unit of a row changes, in words.
+/// The changes of a row's unit, in words.
 pub(super) fn setting(row: &Value) -> String {
     let set = row["set"].as_object().into_iter().flatten();
     let parts: Vec<String> =

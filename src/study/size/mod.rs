@@ -42,7 +42,7 @@ impl Goal {
     }
 }
 
-/// What a unit one step shorter comes to.
+/// The result of a unit one step shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shorter {
     /// The bound breaks.
@@ -60,7 +60,7 @@ pub struct Sized {
     pub path: String,
     /// Value in the unit that the search began with, and at the end.
     pub values: [u32; 2],
-    /// What one step less would do.
+    /// The effect of one step less.
     pub shorter: Shorter,
 }
 
@@ -218,7 +218,7 @@ impl Search<'_> {
         shorter(low)
     }
 
-    /// What one step less of a word would do.
+    /// The effect of one step less of a word.
     fn shorter(&mut self, spec: &UnitSpec, word: &Word) -> (Option<UnitSpec>, Shorter) {
         let Some(next) = word.below(word.get(spec)) else {
             return (None, Shorter::Least);

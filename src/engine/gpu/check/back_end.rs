@@ -22,7 +22,7 @@ use crate::reference::{Texture, probe_weights};
 use crate::settings::Settings;
 use crate::stage::Stage;
 
-/// What the probes of a fragment read.
+/// The map that a fragment's probes read.
 enum Memory<'a> {
     Cube(Texture<'a>),
     Planar(PlanarTexture<'a>),

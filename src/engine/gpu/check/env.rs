@@ -43,7 +43,7 @@ pub(super) fn facing(
     })
 }
 
-/// What a kernel takes where a fragment has no frame.
+/// The operands of a kernel where a fragment has no frame.
 fn no_frame() -> Frame<Bounded> {
     let (zero, vector) = (Bounded::exact(0.0), ports([0.0; 3]));
     let (inv_length, n_length) = (zero, zero);
