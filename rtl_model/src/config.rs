@@ -88,7 +88,7 @@ impl Config {
 pub struct ConfigError {
     /// The path of the knob or the register whose exact input does not fit.
     pub path: String,
-    /// What a legal value is.
+    /// A description of legal values.
     pub expected: String,
     /// What was found: the value, or the bits that the exact intermediate needs.
     pub found: String,

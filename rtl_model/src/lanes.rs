@@ -2,8 +2,8 @@
 //!
 //! A stage computes one register component of all lanes at a time. Its loops have no branch and no
 //! call, so that the compiler turns them into vector instructions: a product of two narrow operands is
-//! one instruction, rounding and the range check are a handful. What is seldom needed (a register out of
-//! range, another rounding) is settled after the loop, from what the loop has stored.
+//! one instruction, rounding and the range check are a handful. The rare cases (a register out of
+//! range, another rounding) are settled after the loop, from the values that the loop has stored.
 
 use crate::fx::{Flags, Quantizer, Rounding};
 use crate::regs::{Event, Reg};

@@ -2,7 +2,7 @@
 //!
 //! A row of the table below is a field of [`Policy`] with its default, the path `section.field` under which unit
 //! files, `--set` and studies know it, its legal values, who honours it, the first stage that it reaches, and its
-//! meaning. What all engines honour is part of the algorithm; the rest is the integer model's own.
+//! meaning. A knob that all engines honour is part of the algorithm; the rest is the integer model's own.
 
 mod choices;
 mod row;
@@ -99,7 +99,7 @@ knobs! {
 }
 
 impl Policy {
-    /// What all engines honour, and the defaults of the integer model's own knobs.
+    /// The knobs that all engines honour, and the defaults of the integer model's own.
     #[must_use]
     pub fn shared(&self) -> Self {
         let (mut out, plain) = (*self, Self::default());
@@ -113,7 +113,7 @@ impl Policy {
 }
 
 impl AddressPolicy {
-    /// What lies beyond a texture's edges, column- and row-wise.
+    /// The address modes beyond a texture's edges, column- and row-wise.
     #[must_use]
     pub const fn wrap(&self) -> [Wrap; 2] {
         [self.wrap_s, self.wrap_t]

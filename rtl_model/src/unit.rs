@@ -1,4 +1,4 @@
-//! The unit: stages wired for what a scene needs, over blocks of lanes.
+//! The unit: stages wired for the needs of a scene, over blocks of lanes.
 
 mod block;
 mod hit;
@@ -35,7 +35,7 @@ pub type TexBlock<const N: usize> = Block<TexFront<N>, N>;
 /// A unit compiled for a scene's needs and a face size.
 #[derive(Clone, Debug)]
 pub struct Unit {
-    /// What was built.
+    /// The stages that were built.
     pub needs: Needs,
     /// Tables.
     pub roms: Roms,

@@ -23,7 +23,7 @@ impl Fnv64 {
         self
     }
 
-    /// The hash of what was taken in.
+    /// The hash of everything taken in so far.
     #[must_use]
     pub const fn finish(self) -> u64 {
         self.0

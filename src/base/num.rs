@@ -20,7 +20,7 @@ pub fn f32(value: f64) -> f32 {
     value as f32
 }
 
-/// The whole part of a number as an index, 0 below 0 and for what is no number.
+/// The whole part of a number as an index, 0 below 0 and for NaN.
 #[must_use]
 #[expect(
     clippy::cast_possible_truncation,

@@ -24,7 +24,7 @@ pub fn install_quiet_panic_hook() {
     });
 }
 
-/// Runs a decoder and returns what it panicked with as text instead of unwinding further.
+/// Runs a decoder and returns its panic's message as text instead of unwinding further.
 ///
 /// The closure's captured state must not be used after an error; the callers drop it.
 pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T, String> {

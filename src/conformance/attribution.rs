@@ -96,7 +96,7 @@ fn part(name: String, a: &Picture, b: &Picture) -> Result<Part, InputError> {
     Ok(Part { name, rmse: pair.rmse, max_abs: pair.max_abs })
 }
 
-/// The parts of an ENV scene's error: stages, tables, what no word can mend; and the whole, last.
+/// The parts of an ENV scene's error: stages, tables, the part that no word can mend; and the whole, last.
 pub fn attribute(spec: &UnitSpec, subject: &Subject) -> Result<Vec<Part>, InputError> {
     let size = num::u32(subject.map.size());
     let needs = subject.needs();

@@ -35,7 +35,7 @@ pub trait Model: Bench {
     /// The configuration.
     fn config(&self) -> &Config;
 
-    /// The numbers of this bench's inputs when `stimulus` comes to the unit: what the stages before it make of it.
+    /// The numbers of this bench's inputs when `stimulus` comes to the unit: the results of the stages before it.
     fn drive(&mut self, stimulus: &Stimulus, input: &mut [i64]);
 }
 

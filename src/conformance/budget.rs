@@ -55,7 +55,7 @@ pub enum Verdict {
     Holds,
     /// The register never has anything to round.
     Exact,
-    /// The bound holds and is far from what happens.
+    /// The bound holds and is far from the errors seen.
     Vacuous,
     /// A register was beyond its bound.
     Exceeded,

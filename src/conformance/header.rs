@@ -14,7 +14,7 @@ pub enum Language {
     C,
 }
 
-/// What a number of a field is, for a comment.
+/// The kind of a field's numbers, for a comment.
 fn remark(field: &Field) -> String {
     let mut out = field.text.clone();
     if let Some(frac) = field.frac {

@@ -154,7 +154,7 @@ impl Runner {
         output
     }
 
-    /// What an engine's judgement of a case's outputs is.
+    /// An engine's judgement of a case's outputs.
     fn judged(
         &mut self,
         engine: Engine,

@@ -32,7 +32,7 @@ pub struct Configuration {
     preset: &'static str,
     /// The settings.
     sets: &'static [&'static str],
-    /// What every register's rounding or overflow becomes.
+    /// The rounding or overflow of every register.
     all: &'static [&'static str],
     /// Whether bump and roughness are built.
     parts: bool,

@@ -55,7 +55,7 @@ pub fn rtl_step(step: Step) -> (rtl::Step, bool) {
     (out, finite)
 }
 
-/// Names of the events that are set: what a cone's loads and stores report.
+/// Names of the events of a cone's loads and stores that are set.
 pub fn event_names(flags: Flags) -> impl Iterator<Item = &'static str> {
     let set = model::Event::ALL.iter().filter(move |event| flags.has_event(**event));
     set.map(|event| event.name())
@@ -72,7 +72,7 @@ pub struct RtlCones<'a> {
     frame: rtl_camera::Frame,
     pixel_width: f64,
     dither: Dither,
-    /// What the cones' stores reported.
+    /// The events of the cones' stores.
     pub flags: Flags,
 }
 
@@ -193,7 +193,7 @@ impl Cones for FloatCones {
     }
 }
 
-/// What a path asks for with its cone.
+/// A path's request with its cone.
 #[derive(Clone, Copy, Debug)]
 pub enum Asked<'a> {
     /// A texture.

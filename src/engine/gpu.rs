@@ -115,7 +115,7 @@ impl Operands {
         self.words.push(word);
     }
 
-    /// Numbers, rounded to f32: NaN as 0, infinities and what is beyond the range as the largest f32.
+    /// Numbers, rounded to f32: NaN as 0, infinities and numbers beyond the range as the largest f32.
     pub fn numbers(&mut self, values: &[f64]) {
         for &value in values {
             let rounded = to_f32(value);

@@ -97,7 +97,7 @@ impl HitRtl {
         Self::again(None, spec, distance, map, face_size)
     }
 
-    /// [`HitRtl::new`] with what the engine before holds of the same maps.
+    /// [`HitRtl::new`] with the memories of the engine before, made from the same maps.
     pub(super) fn again(
         before: Option<Self>,
         spec: &UnitSpec,

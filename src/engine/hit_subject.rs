@@ -129,7 +129,7 @@ impl Lit {
 }
 
 impl HitSubject {
-    /// A subject; the background is what the eye sees past the object.
+    /// A scene with its maps; the background is the view past the object.
     #[must_use]
     pub fn new(scene: HitScene, map: CubeMap, distance: Distance, own_colours: bool) -> Self {
         let mut covered = vec![false; scene.width * scene.height];

@@ -76,7 +76,7 @@ impl Rung {
     }
 }
 
-/// A scene with its environment: what every engine renders.
+/// A scene with its environment, as every engine renders it.
 #[derive(Clone, Debug)]
 pub struct Subject {
     /// Geometry and fragments.
@@ -108,7 +108,7 @@ impl Subject {
         place(row) * self.scene.width + place(column)
     }
 
-    /// What the fragments need of the unit. All of a scene need the same, so the first one tells; a
+    /// The parts of the unit that the fragments need. All of a scene need the same, so the first one tells; a
     /// scene without fragments needs nothing.
     #[must_use]
     pub fn needs(&self) -> Needs {

@@ -17,7 +17,7 @@ use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Look, Path};
 use crate::settings::Settings;
 
-/// One request of a row: its pixel's column, its weight, and what is asked.
+/// One request of a row: its pixel's column, its weight, and the texture asked.
 #[derive(Debug)]
 pub(crate) struct Request<A> {
     pub(super) column: usize,

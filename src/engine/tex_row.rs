@@ -49,7 +49,7 @@ impl Row {
         }
     }
 
-    /// Adds what one lane found for a request to a texture.
+    /// Adds the result of one lane for a request to a texture.
     pub(super) fn look(
         &mut self,
         unit: &TexRtl,

@@ -41,7 +41,7 @@ use crate::unit::UnitSpec;
 pub struct TexSubject {
     /// Surfaces, camera, textures.
     pub scene: TexScene,
-    /// What paths see that leave the scene.
+    /// The light that paths see when they leave the scene.
     pub sky: CubeMap,
     /// Requests to textures and to the environment.
     pub requests: u64,

@@ -36,7 +36,7 @@ struct Footprint {
     lod: f64,
     /// Taps by their offsets in texels of level 0.
     offsets: Vec<[f64; 2]>,
-    /// Derivatives in texels of level 0, where an ellipse is filtered, and what it reads beyond an edge.
+    /// Derivatives in texels of level 0, where an ellipse is filtered, and the rule beyond an edge.
     ellipse: Option<(Seam, [[f64; 2]; 2])>,
 }
 

@@ -102,7 +102,7 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, In
     Ok(Weights { format, axes, fine, separable, sum })
 }
 
-/// Where the texel changes with a nearest filter, and what lies beyond the edge.
+/// Where the texel changes with a nearest filter, and the texels beyond the edge.
 ///
 /// # Errors
 ///

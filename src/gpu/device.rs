@@ -13,7 +13,7 @@ use super::error::GpuError;
 /// what a GPU does in milliseconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What the driver has reported since the last look.
+/// The driver's errors since the last look.
 #[derive(Default)]
 struct Reports {
     lost: Option<String>,

@@ -73,7 +73,7 @@ pub enum GpuError {
         adapter: String,
         /// The work that was refused.
         doing: String,
-        /// What the validation says.
+        /// The message of the validation.
         message: String,
     },
 }

@@ -137,7 +137,7 @@ pub fn load_texture(
     Ok((mips::build_planar_mips(PlanarLevel { size, texels }), cleaned))
 }
 
-/// Longest side of a 2-D texture: what the unit's address registers are made for.
+/// Longest side of a 2-D texture, which the unit's address registers are made for.
 pub const MAX_TEXTURE: usize = 1 << 15;
 
 /// A picture's linear RGB, cleaned.

@@ -19,7 +19,7 @@ use crate::error::InputError;
 /// Reads the bytes of a file.
 ///
 /// # Errors
-/// A damaged file, what is refused by name above, or no triangle; with the place in the JSON.
+/// A damaged file, a feature that is refused by name above, or no triangle; with the place in the JSON.
 pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
     let damaged = |found: String| {
         InputError::new(subject, "a glTF 2.0 binary file", found, "export the mesh again")

@@ -42,7 +42,7 @@ pub struct Env {
     pub probes: u32,
     /// Level of detail.
     pub lod: f64,
-    /// What the fragment reported.
+    /// The flags of the fragment.
     pub flags: Flags,
     /// Linear RGB; zero without a texture.
     pub color: [f64; 3],

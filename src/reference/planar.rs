@@ -6,7 +6,7 @@ use super::texture::mix;
 use crate::planar::PlanarMap;
 use crate::policy::Wrap;
 
-/// A borrowed texture and what lies beyond its edges.
+/// A borrowed texture and its address modes.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanarTexture<'a> {
     map: &'a PlanarMap,

@@ -35,7 +35,7 @@ pub trait Real:
     #[must_use]
     fn abs(self) -> Self;
 
-    /// The value in the arithmetic of what comes after the axes, ±`f64::MAX` beyond the range of doubles.
+    /// The value in the arithmetic of the stages after the axes, ±`f64::MAX` beyond the range of doubles.
     #[must_use]
     fn narrow(self) -> Self::Narrow;
 

@@ -37,7 +37,7 @@ pub struct Tex {
     pub lod: f64,
     /// 2s − 1 and 2t − 1.
     pub centre: [f64; 2],
-    /// What the request reported.
+    /// The flags of the request.
     pub flags: Flags,
     /// Linear RGB; zero without a texture.
     pub color: [f64; 3],

@@ -9,7 +9,7 @@ pub const HEIGHT: usize = 7;
 
 /// The seven rows of a character, five bits each, the leftmost in bit 4.
 ///
-/// Small letters look like capitals; what the font lacks is a hollow box.
+/// Small letters look like capitals; a character that the font lacks is a hollow box.
 fn rows(c: char) -> [u8; 7] {
     match c.to_ascii_uppercase() {
         ' ' => [0; 7],

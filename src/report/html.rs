@@ -35,7 +35,7 @@ pub fn page(run: &Value, images: &[Image]) -> String {
     super::page::page(&title, &title, &body, include_str!("html.js"))
 }
 
-/// Scene, size, unit, version and seed: what it takes to repeat the run.
+/// Scene, size, unit, version and seed: the data needed to repeat the run.
 fn run_facts(run: &Value) -> Markup {
     let sides: Vec<String> = list(&run["size"]).iter().map(words).collect();
     let size = if sides.is_empty() { words(&run["size"]) } else { sides.join(" × ") };

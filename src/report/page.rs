@@ -134,7 +134,7 @@ pub fn plain(value: &Value) -> Cell {
     text(words(value))
 }
 
-/// The items of an array; none of what is no array.
+/// The items of an array; none if it is not an array.
 #[must_use]
 pub fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)

@@ -1,4 +1,4 @@
-//! What the registers of a ray cone alone do to a level of detail: every other word is exact.
+//! The effect of a ray cone's registers alone on a level of detail: every other word is exact.
 
 use rayon::prelude::*;
 use rtl_model::stages::ray_cone::Cfg;

@@ -1,4 +1,4 @@
-//! What a unit does at the edges of its input: thin ellipses, and two fragments on either side of a break.
+//! A unit's behaviour at the edges of its input: thin ellipses, and two fragments on either side of a break.
 
 use rtl_model::regs::Reg;
 use rtl_model::{Texture, Unit};

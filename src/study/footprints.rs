@@ -127,7 +127,7 @@ fn filtered(scene: &HitScene, map: &CubeMap, kind: Footprint) -> Picture {
     picture
 }
 
-/// Real rays through every pixel, that read the impostor's texels: what the footprints approximate.
+/// Real rays through every pixel that read the impostor's texels; the footprints approximate them.
 fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> TruthPicture {
     let colours = PaddedCube::new(&map.levels[0]);
     let shade = |px: f64, py: f64| {

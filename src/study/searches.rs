@@ -15,7 +15,7 @@ use crate::settings::Settings;
 use crate::srgb::srgb_encode;
 use crate::truth::texels::PaddedCube;
 
-/// A ray of a scene and what it really meets.
+/// A ray of a scene and its real hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Case {
     /// Where it starts, relative to the reference point.
@@ -112,14 +112,14 @@ fn farthest(cube: &DistanceCube) -> f64 {
     finite.fold(0.0, |most: f64, t| most.max(f64::from(*t)))
 }
 
-/// A scene's rays with what no unit changes.
+/// A scene's rays with the data that no unit changes.
 #[derive(Debug)]
 pub(super) struct RealRays {
     /// Rays that meet something.
     cases: Vec<Case>,
     /// Where each first passes behind the impostor's bilinear surface, once that was asked for.
     surface: Option<Vec<Option<[f64; 3]>>>,
-    /// What the march finds, once that was asked for.
+    /// The results of the march, once they were asked for.
     march: Option<Vec<Found>>,
 }
 

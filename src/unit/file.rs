@@ -251,7 +251,7 @@ fn read(subject: &str, text: &str) -> Result<(UnitSpec, Vec<(String, usize)>), I
     Ok((spec, seen))
 }
 
-/// What a unit file is read into.
+/// The result of reading a unit file.
 struct Reader<'a> {
     spec: &'a mut UnitSpec,
     subject: &'a str,

@@ -29,7 +29,7 @@ pub enum ReferenceAxis {
 /// A unit: formats, tables and policies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitSpec {
-    /// What the integer model takes.
+    /// The configuration of the integer model.
     pub config: Config,
     /// s in K = D Dᵀ + s² K3, as written.
     pub roughness_scale: f64,

@@ -3,7 +3,7 @@
 use crate::literals::literals;
 
 literals! {
-    /// What happens to the bits below the last one kept. `ac_types` names in brackets.
+    /// The treatment of the bits below the last one kept. `ac_types` names in brackets.
     Rounding {
         /// Towards −∞ (AC_TRN).
         Floor = "floor",
@@ -25,7 +25,7 @@ literals! {
 }
 
 literals! {
-    /// What happens to a value outside the register's range. `ac_types` names in brackets.
+    /// The treatment of a value outside the register's range. `ac_types` names in brackets.
     Overflow {
         /// Keep the low bits (AC_WRAP).
         Wrap = "wrap",

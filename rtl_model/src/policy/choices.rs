@@ -71,7 +71,7 @@ literals! {
 }
 
 literals! {
-    /// What is interpolated between texels and levels of the roughness pyramid.
+    /// The values that are interpolated between texels and levels of the roughness pyramid.
     RoughnessInterpolation {
         /// The moments; B is formed after the interpolation.
         Moments = "moments",
@@ -142,7 +142,7 @@ literals! {
 }
 
 literals! {
-    /// What a 2-D texture shows beyond its edge.
+    /// The content of a 2-D texture beyond its edge.
     Wrap {
         /// The texture again.
         Repeat = "repeat",

@@ -15,7 +15,7 @@ const EXPONENT: i64 = 0x7ff;
 /// Biased exponent of a number whose last fraction bit is 1.
 const UNIT: i64 = 1075;
 
-/// What the loops read of the words of one component.
+/// The parts of one component's words that the loops read.
 struct Parts<const N: usize> {
     magnitude: [i64; N],
     biased: [i64; N],

@@ -103,7 +103,7 @@ impl<const N: usize> Default for Inputs<N> {
 /// Up to `N` requests of an operation on their way.
 #[derive(Clone, Debug, Default)]
 pub struct Block<F, const N: usize> {
-    /// Their words, and what the operation's own stages leave.
+    /// Their words, and the results of the operation's own stages.
     pub front: F,
     /// ENV's stages.
     pub env: State<N>,

@@ -1,4 +1,4 @@
-//! What the operations share: words come into a block of lanes, steps leave their results there, the filter ends it.
+//! The common part of the operations: words come into a block of lanes, steps leave their results there, the filter ends it.
 
 use core::fmt::Debug;
 use core::hash::Hasher;
@@ -29,7 +29,7 @@ pub type BlockOf<O, const N: usize> = Block<<O as Operation>::Front<N>, N>;
 pub trait Operation: Sync {
     /// One request as binary64 words.
     type Words: Copy + Debug + Send + Sync;
-    /// The words of a block's lanes, and what the operation's own stages leave.
+    /// The words of a block's lanes, and the results of the operation's own stages.
     type Front<const N: usize>: Clone + Debug + Default + Send + Sync;
 
     /// Steps in front of the filter.
@@ -55,7 +55,7 @@ pub trait Operation: Sync {
     /// Feeds everything that the results of a step depend on, apart from the steps before it and the memory, to a hasher.
     fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H);
 
-    /// What follows the steps: the filter of the block's lanes, or without a texture their probe counts and flags.
+    /// The end of a run after the steps: the filter of the block's lanes, or without a texture their probe counts and flags.
     #[inline(always)]
     fn finish<const N: usize, T: Tap>(
         &self,
@@ -94,7 +94,7 @@ pub trait Operation: Sync {
         self.unit().standard
     }
 
-    /// The first texel of each bilinear footprint of a lane: what a cache of tiles sees.
+    /// The first texel of each bilinear footprint of a lane, as a cache of tiles sees it.
     #[inline(always)]
     fn touched_corners<const N: usize>(
         &self,

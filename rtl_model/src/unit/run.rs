@@ -260,7 +260,7 @@ impl Unit {
         filter::footprints(cfg, address, &self.roms, texture, &request, &mut sink, each);
     }
 
-    /// The addresses alone: what a texel cache would see, and the floor of a speed comparison.
+    /// The addresses alone, as a texel cache would see them; they are the floor of a speed comparison.
     #[inline(always)]
     pub fn touch<const N: usize>(&self, state: &State<N>, texture: &Texture) -> u64 {
         let mut sum = 0;

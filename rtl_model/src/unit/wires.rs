@@ -1,6 +1,6 @@
 //! One stage alone: its input wires, by name, and a run on their contents.
 //!
-//! For test benches and co-simulation. A wire carries what the stage before left in the block's state: codes in the
+//! For test benches and co-simulation. A wire carries the results of the stage before from the block's state: codes in the
 //! nominal scale, mantissas, powers of two. Any codes within a wire's format are legal.
 
 use core::array::from_mut;
@@ -131,7 +131,7 @@ wires! {
 }
 
 impl Wire {
-    /// The format of a component's register; `None` for what is no register.
+    /// The format of a component's register; `None` if there is no register.
     #[must_use]
     pub fn format(self, config: &Config, component: usize) -> Option<Format> {
         self.register(component).map(|(reg, _)| config.format(reg))
@@ -177,7 +177,7 @@ impl Wire {
         }
     }
 
-    /// Tells a tap what the wire carries, in true units, as the stage that drives it does.
+    /// Tells a tap the contents of the wire, in true units, as the stage that drives it does.
     pub fn put<T: Tap>(self, config: &Config, state: &mut State<1>, tap: &mut T) {
         let power = self.power(state);
         for c in 0..self.components() {

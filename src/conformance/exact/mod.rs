@@ -69,7 +69,7 @@ impl Case<'_> {
         None
     }
 
-    /// The face: an output of the unit and of `cube_face`, an input of what comes after it.
+    /// The face: an output of the unit and of `cube_face`, an input of the stages after it.
     #[must_use]
     pub fn face(&self) -> Option<usize> {
         let face = self

@@ -123,7 +123,7 @@ fn gradients(s: &mut Sheet<'_>) {
     }
 }
 
-/// A register pair with one exponent, gathered from sums of unlike exponents: what lies far below the largest is cut.
+/// A register pair with one exponent, gathered from sums of unlike exponents: bits far below the largest are cut.
 fn gathered(s: &mut Sheet<'_>, regs: [(Reg, usize); 4], exact: [Wide; 4]) {
     // The narrowest register's bits count for all.
     let widths = regs.map(|(reg, _)| s.config.format(reg).magnitude_bits());

@@ -180,7 +180,7 @@ fn exactly(x: u32) -> Expected {
     Some((x.into(), 0.0))
 }
 
-/// What the words of a case's results must be, from the case's index, its operands and the results themselves.
+/// The expected words of a case's results, from the case's index, its operands and the results themselves.
 type FromResults<'a> = &'a dyn Fn(usize, &[u32], &[u32]) -> Vec<Expected>;
 
 /// Where checks of a scene run.

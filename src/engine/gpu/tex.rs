@@ -42,7 +42,7 @@ pub struct GpuTex<'a> {
     pub wrap: [Wrap; 2],
 }
 
-/// One request: the path's first direction, its steps until then, and what is asked.
+/// One request: the path's first direction, its steps until then, and the texture asked.
 pub(crate) struct Asked {
     /// Index of the texture; none asks for the environment.
     pub texture: Option<usize>,

@@ -57,7 +57,7 @@ impl Keys {
         pairs.take_while(|(a, b)| a == b).count()
     }
 
-    /// The last step's key: what the filter starts from.
+    /// The last step's key: the filter starts from its registers.
     #[must_use]
     pub fn last(&self) -> u64 {
         self.0.last().copied().unwrap_or(0)

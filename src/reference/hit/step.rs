@@ -3,7 +3,7 @@
 use crate::policy::Method;
 use crate::reference::real::Narrow;
 
-/// The state of the loop.
+/// The state of the search's loop.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<N> {
     /// dist(R).

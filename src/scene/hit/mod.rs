@@ -27,7 +27,7 @@ pub struct PixelRay {
     pub pixel: [u32; 2],
     /// The ray.
     pub fragment: HitFragment,
-    /// Linear RGB factor of what it finds: a pixel's colour is the weighted sum over its rays.
+    /// Linear RGB factor of the light that it finds: a pixel's colour is the weighted sum over its rays.
     pub weight: [f64; 3],
 }
 

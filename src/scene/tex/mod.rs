@@ -69,7 +69,7 @@ impl TexScene {
     }
 }
 
-/// What a scene holds. A mesh stands in for the main surfaces.
+/// The content of a scene. A mesh stands in for the main surfaces.
 #[derive(Debug)]
 pub struct Plan {
     /// Where the camera stands.

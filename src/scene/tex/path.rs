@@ -61,7 +61,7 @@ pub enum Event {
     Sky {
         /// Unit vector.
         direction: [f64; 3],
-        /// Factor of what is seen there.
+        /// Factor of the light seen there.
         weight: f64,
     },
 }

@@ -85,13 +85,13 @@ impl World {
         self
     }
 
-    /// Width and height of every wall, in world units: what a light map covers.
+    /// Width and height of every wall, in world units: the area of a light map.
     #[must_use]
     pub fn walls(&self) -> &[[f64; 2]] {
         &self.walls
     }
 
-    /// What the ray origin + t · direction, t > 0, meets first; `None` where it escapes.
+    /// The first hit of the ray origin + t · direction, t > 0; `None` where it escapes.
     #[must_use]
     pub fn look(&self, origin: DVec3, direction: DVec3) -> Option<Sight> {
         let mut nearest: Option<(usize, Meeting)> = None;
@@ -114,7 +114,7 @@ impl World {
         })
     }
 
-    /// Linear RGB of what was seen.
+    /// Linear RGB of the place that was seen.
     #[must_use]
     pub fn glow(&self, sight: &Sight) -> [f64; 3] {
         let extent = self.walls.get(sight.wall).copied().unwrap_or([1.0; 2]);

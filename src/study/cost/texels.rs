@@ -210,7 +210,7 @@ impl Walk {
     }
 }
 
-/// What the walk's result depends on: the probes, the addresses' registers, and what a texel takes in memory.
+/// Everything that the walk's result depends on: the probes, the addresses' registers, and the size of a texel in memory.
 pub(in crate::study) fn key(probes: u64, config: &Config) -> u64 {
     use rtl_model::regs::Reg;
     let mut hasher = StepHasher::default();

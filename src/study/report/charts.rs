@@ -66,7 +66,7 @@ pub(super) fn all(results: &Results, on_front: &[bool], error: &str) -> Vec<Char
     out
 }
 
-/// What a figure is called on an axis.
+/// The name of a figure on an axis.
 fn label(name: &str) -> &'static str {
     match name {
         "truth_psnr_db" => "PSNR against supersampled rays (dB)",
@@ -146,7 +146,7 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
     })
 }
 
-/// What an axis does: the median error at each of its values, and the range over everything else.
+/// The effect of an axis: the median error at each of its values, and the range over everything else.
 fn effect(
     here: &str,
     number: usize,

@@ -55,7 +55,7 @@ fn number(value: &Value, places: usize, factor: f64) -> crate::report::table::Ce
     value.as_f64().map_or(missing("equal"), |x| digits(factor * x, places))
 }
 
-/// Bars: what each part would buy if it alone were longer.
+/// Bars: the gain of each part if it alone were longer.
 fn bars(parts: &Value) -> String {
     let db = |row: &Value| row["psnr_db"].as_f64();
     let base = parts.get(0).and_then(db).unwrap_or(0.0);

@@ -58,7 +58,7 @@ fn drawing(svg: &str, caption: &str) -> Markup {
     html! { figure.drawing { (PreEscaped(svg)) figcaption { (caption) } } }
 }
 
-/// What a click shows of a row.
+/// The details of a row that a click shows.
 fn slim(row: &Value) -> Value {
     serde_json::json!({"row": row["row"], "scene": row["scene"], "set": row["set"], "metrics": row["metrics"],
         "refused": row["refused"], "command": row["command"]})

@@ -99,7 +99,7 @@ pub enum Outcome {
 pub struct SizeOptions {
     /// The bound.
     pub goal: Goal,
-    /// Bits that stay above what a register's range needs.
+    /// Bits that stay in addition to those that a register's range needs.
     pub margin: u32,
     /// Axis of the float reference.
     pub reference_axis: ReferenceAxis,
@@ -270,7 +270,7 @@ impl Search<'_> {
     }
 }
 
-/// Limits that the scene never reaches, brought down to what it does reach. No result changes.
+/// Limits that the scene never reaches, lowered to the values that it does reach. No result changes.
 fn trim(spec: &mut UnitSpec, ranges: &Ranges) -> Vec<(String, u32, u32)> {
     let mut out = Vec::new();
     let mut lower = |path: &str, now: u32, most: u32, spec: &mut UnitSpec| {

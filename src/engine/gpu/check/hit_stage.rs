@@ -184,7 +184,7 @@ fn status_word(status: HitStatus) -> u32 {
     num::u32(at.unwrap_or(0))
 }
 
-/// What every word of the kernel's results must be.
+/// The expected words of the kernel's results.
 pub(super) fn expected(
     walls: &Walls<'_>,
     ray: &HitFragment,

@@ -15,7 +15,7 @@ pub(super) fn place(operands: &[u32], index: u32, probes: u32) -> [Bounded; 2] {
     [0, 1].map(|c| own(operands[c]) + offset * own(operands[2 + c]))
 }
 
-/// What the results of `address` must be: place, then face, place on it and texel coordinates from the device's own.
+/// The expected results of `address`: place, then face, place on it and texel coordinates from the device's own.
 pub(super) fn address_expected(operands: &[u32], results: &[u32]) -> Vec<Expected> {
     let face = operands[0] as usize;
     let [u, v] = place(&operands[1..], operands[5], operands[6]);
@@ -81,7 +81,7 @@ pub(super) fn bilinear(
     [0, 1, 2].map(|c| mix(mix(lt[c], rt[c], fx), mix(lb[c], rb[c], fx), fy))
 }
 
-/// What the words of a probe on a cube must be, at the device's own address.
+/// The expected words of a probe on a cube, at the device's own address.
 pub(super) fn cube_probe(
     texture: &Texture<'_>,
     words: &[u32],
@@ -113,7 +113,7 @@ pub(super) fn cube_probe(
     out
 }
 
-/// What the words of a probe on a 2-D texture must be; the probe is one of so many at a case's operands.
+/// The expected words of a probe on a 2-D texture; the probe is one of so many at a case's operands.
 pub(super) fn planar_probe(
     texture: &PlanarTexture<'_>,
     wrap: [Wrap; 2],
