@@ -9,7 +9,7 @@ use super::vector::{Vector, add, cross, dot, largest, scale, subtract, transform
 use crate::policy::Dnmod;
 use crate::stage::Stage;
 
-/// What the derivatives start from.
+/// The inputs of the derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Derivatives<R> {
     /// ∂v by x and by y.

@@ -1,6 +1,6 @@
 // Stage `hit`: where a ray meets the surface of a distance map, and the footprint there.
 
-/// A ray on its way: what the loop keeps, and the registers of its last turn.
+/// A ray on its way: the state of the loop, and the registers of its last turn.
 struct Search {
     x: vec3f,
     /// The unit direction.

@@ -1,6 +1,6 @@
 // Stage `jacobian`: D, the derivatives of the face coordinates by screen position.
 
-/// What the derivatives start from.
+/// The inputs of the derivatives.
 struct Derivatives {
     /// ∂v by x and by y.
     dv: array<vec3f, 2>,

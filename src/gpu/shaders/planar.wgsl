@@ -1,4 +1,4 @@
-// A 2-D texture with its mip chain, read by `textureLoad`, and what lies beyond its edges.
+// A 2-D texture with its mip chain, read by `textureLoad`, and its address modes.
 
 /// x − p·round(x/p), the remainder of least magnitude. A coordinate's quotient is small, so that the product is exact.
 fn nearest_remainder(x: f32, period: f32) -> f32 {

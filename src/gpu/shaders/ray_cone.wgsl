@@ -1,4 +1,4 @@
-// Stage `ray_cone`: what happens to a ray cone on its way (Cline 2023).
+// Stage `ray_cone`: the changes of a ray cone along a path (Cline 2023).
 
 /// x: full angle in radians, positive where the cone diverges; y: full width in world units.
 alias Cone = vec2f;

@@ -3,7 +3,7 @@
 /// The largest finite number.
 const MOST: f32 = 3.4028234e38;
 
-/// What a fragment reports: bits of one word, in pipeline order.
+/// The flags of a fragment: bits of one word, in pipeline order.
 const FLAG_NON_FINITE: u32 = 0x1u;
 const FLAG_PARALLEL: u32 = 0x2u;
 const FLAG_ZERO: u32 = 0x4u;

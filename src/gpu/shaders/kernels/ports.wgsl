@@ -1,4 +1,4 @@
-// What the kernels are bound to: words of the operands in, words of the results out, maps and tables.
+// The bindings of the kernels: words of the operands in, words of the results out, maps and tables.
 
 @group(0) @binding(0) var<uniform> policy: Policy;
 @group(0) @binding(1) var<storage, read> input: array<u32>;
@@ -8,7 +8,7 @@
 @group(0) @binding(5) var<storage, read> tables: array<f32>;
 @group(0) @binding(6) var<storage, read> steps: array<f32>;
 
-/// A number of the flags beside the float reference's: a value left the range of f32 on the way.
+/// A flag in addition to those of the float reference: a value left the range of f32 on the way.
 const FLAG_OVERFLOW: u32 = 0x10000u;
 
 var<private> source: u32;
