@@ -12,7 +12,7 @@ use std::time::Instant;
 use tapline::engine::float::F64Engine;
 use tapline::engine::gpu::GpuEnv;
 use tapline::engine::rtl::RtlEngine;
-use tapline::engine::{Engine as _, Subject};
+use tapline::engine::{Engine as _, EnvJob};
 use tapline::gpu::{Gpu, GpuError};
 use tapline::image::mips::build_mips;
 use tapline::scene::{self, SceneOptions};
@@ -33,12 +33,12 @@ fn main() {
     }
 }
 
-fn subject(name: &str, spec: &UnitSpec) -> Option<Subject> {
+fn subject(name: &str, spec: &UnitSpec) -> Option<EnvJob> {
     let options = SceneOptions { width: 512, height: 512, ..SceneOptions::default() };
     let scene = scene::build(name, &options, &spec.settings(ReferenceAxis::Exact)).ok()?;
     let map = build_mips(scene.environment());
     let background = vec![[0.0; 3]; scene.width * scene.height];
-    Some(Subject { scene, map, background })
+    Some(EnvJob { scene, map, background })
 }
 
 fn run(gpu: &Gpu) -> Result<(), GpuError> {
@@ -65,8 +65,8 @@ fn run(gpu: &Gpu) -> Result<(), GpuError> {
         let mut rates: [Vec<f64>; 4] = Default::default();
         for _ in 0..TURNS {
             let rate = |count: usize, seconds: f64| count as f64 / seconds / 1e6;
-            rates[0].push(rate(fragments, rtl.render(&subject, &|_| {}).seconds));
-            rates[1].push(rate(fragments, f64.render(&subject, &|_| {}).seconds));
+            rates[0].push(rate(fragments, rtl.render(&subject, &|_| {})?.seconds));
+            rates[1].push(rate(fragments, f64.render(&subject, &|_| {})?.seconds));
             rates[2].push(rate(fragments, engine.render(&subject, &|_| {})?.seconds));
             let start = Instant::now();
             black_box(engine.run(&batch)?);

@@ -1,7 +1,9 @@
 //! Pictures in linear RGB with a mask of the pixels that hold fragments.
 
+use crate::base::num;
+
 /// A picture in linear RGB, row by row from the top left.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
     /// Columns.
     pub width: usize,
@@ -23,5 +25,10 @@ impl Picture {
             rgb: vec![[0.0; 3]; width * height],
             covered: vec![false; width * height],
         }
+    }
+    /// The place of a pixel, column and row, in `rgb` and `covered`.
+    #[must_use]
+    pub fn index(&self, [column, row]: [u32; 2]) -> usize {
+        num::usize(row) * self.width + num::usize(column)
     }
 }

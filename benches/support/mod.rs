@@ -8,7 +8,7 @@ use rtl_model::{NoTap, NoTapStandard, Unit};
 use tapline::engine::dispatch::{self, GROUP, LANES, Level, Task};
 use tapline::engine::float::F64Engine;
 use tapline::engine::rtl::RtlEngine;
-use tapline::engine::{Engine as _, Subject, encode};
+use tapline::engine::{Engine as _, EnvJob, encode};
 use tapline::image::mips::build_mips;
 use tapline::scene::{self, SceneOptions};
 use tapline::settings::Settings;
@@ -45,7 +45,7 @@ pub(crate) const PARTS: &[&str] = &[
 /// A scene's fragments, ready for each part.
 pub(crate) struct Bench {
     engine: RtlEngine,
-    subject: Subject,
+    subject: EnvJob,
     settings: Settings,
     words: Vec<Words>,
     blocks: Vec<EnvBlock<LANES>>,
@@ -85,7 +85,7 @@ impl Bench {
             .into();
         Self {
             engine,
-            subject: Subject { scene, map, background },
+            subject: EnvJob { scene, map, background },
             settings,
             words,
             blocks,
@@ -116,7 +116,7 @@ impl Bench {
             }
             "f64" => threads(1, || {
                 let engine = F64Engine { settings: self.settings.clone() };
-                engine.render(&self.subject, &|_| {}).probes
+                engine.render(&self.subject, &|_| {}).map_or(0, |r| r.probes)
             }),
             _ => {
                 let (name, count) = match part.split_once('_') {

@@ -13,7 +13,7 @@ use super::subject;
 use crate::conformance::attribution::{Part, attribute};
 use crate::conformance::budget::{self, Row, Verdict};
 use crate::conformance::certify::{Certified, certify};
-use crate::engine::Subject;
+use crate::engine::EnvJob;
 use crate::error::InputError;
 use crate::report::table::{Table, digits, missing, places, text, value, whole};
 use crate::unit::{ReferenceAxis, UnitSpec};
@@ -154,7 +154,7 @@ fn print(
 }
 
 /// A scene of ENV with its environment.
-fn env_scene(args: &Args, spec: &UnitSpec, name: &str) -> Result<Subject, InputError> {
+fn env_scene(args: &Args, spec: &UnitSpec, name: &str) -> Result<EnvJob, InputError> {
     args.scene.refuse_texture()?;
     args.scene.refuse_distance()?;
     subject::load(name, &args.scene, &spec.settings(ReferenceAxis::Exact))

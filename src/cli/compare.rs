@@ -2,17 +2,21 @@
 
 use std::path::PathBuf;
 
+use rtl_model::regs::Reg;
+
 use super::Failure;
 use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
-use super::job::{Caustics, Job, refuse_sampler};
+use super::job::{load, refuse_sampler};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use crate::engine::gpu::check::StageChecks;
+use crate::engine::job::lit::Caustics;
+use crate::engine::probe::RtlProbe;
 use crate::engine::registers::RegisterErrors;
-use crate::engine::{Rendering, Rung};
+use crate::engine::{EngineKind, Job, Rendering, Setup};
 use crate::error::InputError;
 use crate::gpu::Gpu;
 use crate::report::metrics::{self, Pair};
@@ -27,7 +31,7 @@ pub(super) struct Args {
     pub(super) scene: String,
     /// Engines, in any order: rtl, gpu, sampler, f64, ewa, truth. All that are there but sampler if not given.
     #[arg(long, value_delimiter = ',', value_enum)]
-    engines: Vec<Rung>,
+    engines: Vec<EngineKind>,
     /// Folder for pictures, error maps and report.html; made if it is not there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,16 +57,16 @@ pub(super) struct Args {
 
 /// Why an engine is not among the results.
 pub(super) struct Skipped {
-    pub(super) rung: Rung,
+    pub(super) kind: EngineKind,
     pub(super) why: String,
 }
 
 /// The results of a run of the command.
 pub(super) struct Results {
     /// The engines that ran, in the ladder's order.
-    pub(super) renderings: Vec<(Rung, Rendering)>,
+    pub(super) renderings: Vec<(EngineKind, Rendering)>,
     /// Each engine against the next.
-    pub(super) pairs: Vec<(Rung, Rung, Pair)>,
+    pub(super) pairs: Vec<(EngineKind, EngineKind, Pair)>,
     /// `rtl` against `f64`, where both ran.
     pub(super) registers: Option<RegisterErrors>,
     /// `gpu` against `f64`, stage by stage at the same operands, where both ran.
@@ -76,12 +80,12 @@ pub(super) struct Results {
 }
 
 impl Results {
-    pub(super) fn get(&self, rung: Rung) -> Option<&Rendering> {
-        self.renderings.iter().find(|(r, _)| *r == rung).map(|(_, r)| r)
+    pub(super) fn get(&self, kind: EngineKind) -> Option<&Rendering> {
+        self.renderings.iter().find(|(r, _)| *r == kind).map(|(_, r)| r)
     }
 
     /// Compares two engines that ran, unless that is done already.
-    fn pair(&mut self, a: Rung, b: Rung, exposure: f64) -> Result<(), InputError> {
+    fn pair(&mut self, a: EngineKind, b: EngineKind, exposure: f64) -> Result<(), InputError> {
         let done = self.pairs.iter().any(|(x, y, _)| (*x, *y) == (a, b));
         if let (false, Some(ra), Some(rb)) = (done, self.get(a), self.get(b)) {
             let metrics = metrics::compare_with_flip(&ra.picture, &rb.picture, exposure)?;
@@ -94,18 +98,18 @@ impl Results {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     args.run.prepare()?;
     refuse_sampler(&args.scene, &args.engines)?;
-    let Chosen { rungs, skipped, gpu } = choose(&args.engines, &args.run.adapter)?;
-    let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &rungs)?;
-    let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &rungs)?;
+    let Chosen { kinds, skipped, gpu } = choose(&args.engines, &args.run.adapter)?;
+    let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &kinds)?;
+    let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &kinds)?;
     let spec = args.unit.load()?;
     let settings = args.run.settings(&spec);
     // The folder first: the JSON file may lie in it.
     let files = match &args.out {
         None => None,
-        Some(folder) => Some(OutFiles::create(folder, &rungs, &args.scene)?),
+        Some(folder) => Some(OutFiles::create(folder, &kinds, &args.scene)?),
     };
     let json_target = JsonTarget::beside(args.json.as_deref(), files.as_ref().map(|f| &f.folder))?;
-    let job = Job::load(&args.scene, &args.scene_args, &settings)?;
+    let job = load(&args.scene, &args.scene_args, &settings)?;
     if job.fragments() == 0 {
         return Err(InputError::new(
             "--size",
@@ -117,7 +121,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let origin = Origin::new(&spec);
-    let mut results = render_all(args, &rungs, &spec, &settings, &job, gpu)?;
+    let mut results = render_all(args, &kinds, &spec, &settings, &job, gpu)?;
     results.skipped.extend(skipped);
     for (a, b) in min_psnr.iter().chain(&max_lsb8).map(|bound| (bound.a, bound.b)) {
         results.pair(a, b, args.scene_args.exposure)?;
@@ -144,41 +148,45 @@ fn unless_closed(result: Result<(), Failure>) -> Result<(), Failure> {
 /// What a run renders.
 struct Chosen {
     /// In the ladder's order.
-    rungs: Vec<Rung>,
+    kinds: Vec<EngineKind>,
     skipped: Vec<Skipped>,
     gpu: Option<Gpu>,
 }
 
 /// The engines asked for, or all; the gpu is left out where none was named and there is none.
-fn choose(asked: &[Rung], adapter: &AdapterArgs) -> Result<Chosen, InputError> {
-    let wanted = |r: &Rung| (asked.is_empty() && r.is_default()) || asked.contains(r);
-    let mut rungs: Vec<Rung> = Rung::ALL.into_iter().filter(wanted).collect();
+fn choose(asked: &[EngineKind], adapter: &AdapterArgs) -> Result<Chosen, InputError> {
+    let wanted = |r: &EngineKind| (asked.is_empty() && r.is_default()) || asked.contains(r);
+    let mut kinds: Vec<EngineKind> = EngineKind::ALL.into_iter().filter(wanted).collect();
     let mut skipped = Vec::new();
     let mut gpu = None;
-    if !rungs.iter().any(|r| r.needs_gpu()) {
+    if !kinds.iter().any(|r| r.needs_gpu()) {
         adapter.refuse()?;
     } else {
         match adapter.open() {
             Ok(open) => gpu = Some(open),
             Err(error) if asked.is_empty() && !adapter.is_named() => {
-                rungs.retain(|r| *r != Rung::Gpu);
-                skipped.push(Skipped { rung: Rung::Gpu, why: error.found });
+                kinds.retain(|r| *r != EngineKind::Gpu);
+                skipped.push(Skipped { kind: EngineKind::Gpu, why: error.found });
             }
             Err(error) => return Err(error),
         }
     }
-    Ok(Chosen { rungs, skipped, gpu })
+    Ok(Chosen { kinds, skipped, gpu })
 }
 
-fn parse_bounds(name: &str, texts: &[String], rungs: &[Rung]) -> Result<Vec<Bound>, InputError> {
+fn parse_bounds(
+    name: &str,
+    texts: &[String],
+    kinds: &[EngineKind],
+) -> Result<Vec<Bound>, InputError> {
     let bounds = texts.iter().map(|t| bounds::parse(name, t)).collect::<Result<Vec<_>, _>>()?;
     for bound in &bounds {
-        for rung in [bound.a, bound.b] {
-            if !rungs.contains(&rung) {
+        for kind in [bound.a, bound.b] {
+            if !kinds.contains(&kind) {
                 return Err(InputError::new(
                     name,
                     "engines that this run renders",
-                    format!("`{}`", rung.name()),
+                    format!("`{}`", kind.name()),
                     "name it in --engines",
                 ));
             }
@@ -189,68 +197,74 @@ fn parse_bounds(name: &str, texts: &[String], rungs: &[Rung]) -> Result<Vec<Boun
 
 fn render_all(
     args: &Args,
-    rungs: &[Rung],
+    kinds: &[EngineKind],
     spec: &UnitSpec,
     settings: &Settings,
     job: &Job,
     gpu: Option<Gpu>,
 ) -> Result<Results, Failure> {
-    let rtl = if rungs.contains(&Rung::Rtl) { Some(job.rtl(spec)?) } else { None };
-    let options = TruthOptions {
+    let rtl = if kinds.contains(&EngineKind::Rtl) { Some(job.compile(spec)?) } else { None };
+    let truth = TruthOptions {
         samples: args.samples,
         max_samples: args.samples.saturating_mul(4),
         ..TruthOptions::default()
     };
+    let setup = Setup { spec, settings, truth, gpu: gpu.as_ref() };
     let mut renderings = Vec::new();
     let mut skipped = Vec::new();
     let adapter = gpu.as_ref().map(|gpu| gpu.adapter().title());
-    for rung in rungs {
-        let bar = Bar::new(rung.name(), job.total(*rung));
+    for kind in kinds {
+        let bar = Bar::new(kind.name(), job.total(*kind));
         let progress = |n| bar.add(n);
-        let rendering = match (rung, &rtl) {
-            (Rung::Rtl, Some(rtl)) => job.render_rtl(rtl, settings, &progress),
-            (Rung::Gpu | Rung::Sampler, _) => {
-                let made = gpu.as_ref().map(|gpu| job.render_on(gpu, *rung, settings, &progress));
-                match made.transpose() {
-                    Ok(rendering) => rendering,
-                    // What the device cannot do is no reason to give up the others, unless it was named.
-                    Err(error) if args.engines.is_empty() => {
-                        let why = InputError::from(error).found;
-                        skipped.push(Skipped { rung: *rung, why });
-                        None
-                    }
-                    Err(error) => return Err(InputError::from(error).into()),
-                }
+        let made = match &rtl {
+            Some(rtl) if *kind == EngineKind::Rtl => {
+                rtl.render(&progress).map_err(InputError::from)
             }
-            _ => job.render_float(*rung, settings, &options, &progress),
+            _ => job.render(*kind, &setup, &progress),
         };
-        renderings.extend(rendering.map(|r| (*rung, r)));
+        match made {
+            Ok(rendering) => renderings.push((*kind, rendering)),
+            // What a device cannot do is no reason to give up the others, unless it was named.
+            Err(error) if args.engines.is_empty() && kind.needs_gpu() => {
+                skipped.push(Skipped { kind: *kind, why: error.found });
+            }
+            Err(error) => return Err(error.into()),
+        }
     }
-    let neighbours: Vec<(Rung, Rung)> = renderings.windows(2).map(|w| (w[0].0, w[1].0)).collect();
+    let neighbours: Vec<(EngineKind, EngineKind)> =
+        renderings.windows(2).map(|w| (w[0].0, w[1].0)).collect();
     let registers = match &rtl {
-        Some(rtl) if rungs.contains(&Rung::F64) => {
-            let bar = Bar::new("registers", job.total(Rung::Rtl));
-            job.registers(rtl, settings, &|n| bar.add(n))
+        Some(rtl) if kinds.contains(&EngineKind::F64) => {
+            let bar = Bar::new("registers", job.total(EngineKind::Rtl));
+            Some(rtl.registers(settings, &|n| bar.add(n)))
         }
         Some(_) | None => None,
     };
-    let both = [Rung::Gpu, Rung::F64].map(|rung| renderings.iter().any(|(r, _)| *r == rung));
+    let both =
+        [EngineKind::Gpu, EngineKind::F64].map(|kind| renderings.iter().any(|(r, _)| *r == kind));
     let stages = match &gpu {
         Some(gpu) if both == [true; 2] => {
-            let bar = Bar::new("stages", job.total(Rung::Rtl));
+            let bar = Bar::new("stages", job.total(EngineKind::Rtl));
             let checked = job.check_stages(gpu, settings, &|n| bar.add(n));
             let mut checked = checked.map_err(InputError::from)?;
             if let (Some(first), Some(rtl)) = (&mut checked.first, &rtl) {
-                let register = (first.stage.name(), first.register);
-                first.rtl = job.rtl_register(rtl, settings, first.pixel, register);
+                first.rtl = Reg::find(first.stage.name(), first.register).map(|reg| {
+                    let mut probe = RtlProbe::default();
+                    rtl.trace(first.pixel, &mut probe);
+                    let written = probe.get(reg).iter().filter(|code| code.is_written());
+                    written.map(|code| code.value()).collect()
+                });
             }
             Some(checked)
         }
         Some(_) | None => None,
     };
     // An engine that could not render makes no caustic either.
-    let ran: Vec<Rung> = renderings.iter().map(|(rung, _)| *rung).collect();
-    let caustics = job.caustics(&ran, rtl.as_ref(), gpu.as_ref(), settings);
+    let ran: Vec<EngineKind> = renderings.iter().map(|(kind, _)| *kind).collect();
+    let caustics = match job {
+        Job::Hit(job) => job.caustics(&ran, rtl.as_deref(), gpu.as_ref(), settings),
+        Job::Env(_) | Job::Tex(_) => Ok(None),
+    };
     let caustics = caustics.map_err(InputError::from)?;
     let mut results =
         Results { renderings, pairs: Vec::new(), registers, stages, caustics, skipped, adapter };

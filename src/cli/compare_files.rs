@@ -8,9 +8,9 @@ use serde_json::Value;
 
 use super::Failure;
 use super::compare::{Args, Results};
-use super::job::{Job, extra_pictures};
+use super::extra::{Drawing, Extra};
 use super::output::{Origin, output_folder};
-use crate::engine::Rung;
+use crate::engine::{EngineKind, Job};
 use crate::error::InputError;
 use crate::image::whole::{OutputFolder, WholeFile, commit_all};
 use crate::image::write::{Sample, write_exr, write_png};
@@ -28,17 +28,21 @@ pub(super) struct OutFiles {
 
 impl OutFiles {
     /// The files that these engines make.
-    pub(super) fn create(folder: &Path, rungs: &[Rung], scene: &str) -> Result<Self, InputError> {
+    pub(super) fn create(
+        folder: &Path,
+        kinds: &[EngineKind],
+        scene: &str,
+    ) -> Result<Self, InputError> {
         let folder = output_folder(folder)?;
         let mut names = vec!["report.html".to_string()];
-        for rung in rungs {
-            names.extend(["exr", "png"].map(|ending| format!("{}.{ending}", rung.name())));
+        for kind in kinds {
+            names.extend(["exr", "png"].map(|ending| format!("{}.{ending}", kind.name())));
         }
-        names.extend(rungs.windows(2).map(|p| format!("{}-{}.png", p[0].name(), p[1].name())));
+        names.extend(kinds.windows(2).map(|p| format!("{}-{}.png", p[0].name(), p[1].name())));
         names.extend(
-            extra_pictures(find(scene)?.operation()).iter().map(|name| format!("{name}.png")),
+            Extra::of(find(scene)?.operation()).iter().map(|e| format!("{}.png", e.name())),
         );
-        if rungs.contains(&Rung::Rtl) && rungs.contains(&Rung::F64) {
+        if kinds.contains(&EngineKind::Rtl) && kinds.contains(&EngineKind::F64) {
             names.push("row.png".into());
         }
         let file = |name: String| Ok((name.clone(), folder.file(name)?));
@@ -71,8 +75,8 @@ impl OutFiles {
             images.push((name.to_string(), bytes));
             Ok::<_, Failure>(())
         };
-        for (rung, r) in &results.renderings {
-            let (name, what) = (rung.name(), format!("{} by {}", args.scene, rung.name()));
+        for (kind, r) in &results.renderings {
+            let (name, what) = (kind.name(), format!("{} by {}", args.scene, kind.name()));
             let attributes = origin.attributes(&what);
             put(&format!("{name}.exr"), &|w| write_exr(w, &r.picture, &attributes, Sample::Float))?;
             show(name, &what, &r.picture, exposure)?;
@@ -83,18 +87,14 @@ impl OutFiles {
             let name = format!("{}-{}", a.name(), b.name());
             show(&name, &format!("{}, difference {name}", args.scene), &map, 0.0)?;
         }
-        let made = job.extra(
-            settings,
-            [Rung::Rtl, Rung::F64].map(|rung| results.get(rung)),
-            results.get(Rung::Truth),
-            results.caustics.as_ref(),
-        );
-        for (name, picture) in &made {
-            let data = ["iterations", "levels", "tiles"].contains(name);
-            let exposure = if data { 0.0 } else { exposure };
-            show(name, &format!("{}, {name}", args.scene), picture, exposure)?;
+        let drawing = Drawing::new(job, settings, results);
+        for extra in Extra::of(job.operation()) {
+            if let Some(picture) = drawing.picture(*extra) {
+                let (name, exposure) = (extra.name(), if extra.is_data() { 0.0 } else { exposure });
+                show(name, &format!("{}, {name}", args.scene), &picture, exposure)?;
+            }
         }
-        if let (Some(a), Some(b)) = (results.get(Rung::Rtl), results.get(Rung::F64)) {
+        if let (Some(a), Some(b)) = (results.get(EngineKind::Rtl), results.get(EngineKind::F64)) {
             let map = error_map(&a.picture, &b.picture, exposure)?;
             let row = mosaic(&[(&a.picture, "rtl"), (&b.picture, "f64"), (&map, "difference")], 8);
             let attributes = origin.attributes(&args.scene);

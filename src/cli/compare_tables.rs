@@ -8,13 +8,13 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use super::compare::{Args, Results};
-use super::job::{Caustics, Job};
 use super::output::{Origin, unit_json};
 use crate::base::num;
 use crate::caustic::difference;
-use crate::engine::Rung;
 use crate::engine::gpu::check::StageChecks;
+use crate::engine::job::lit::Caustics;
 use crate::engine::registers::RegisterErrors;
+use crate::engine::{EngineKind, Job};
 use crate::report::table::{
     Table, count, digits, given, grouped, missing, places, significant, text, value, whole,
 };
@@ -22,12 +22,12 @@ use crate::settings::Settings;
 use crate::unit::UnitSpec;
 
 #[expect(clippy::cast_precision_loss, reason = "counts become rates")]
-fn per(total: u64, parts: usize) -> f64 {
+fn per(total: u64, parts: u64) -> f64 {
     total as f64 / parts.max(1) as f64
 }
 
 fn flags(results: &Results) -> BTreeMap<String, u64> {
-    results.get(Rung::Rtl).map(|r| r.flags.clone()).unwrap_or_default()
+    results.get(EngineKind::Rtl).map(|r| r.flags.clone()).unwrap_or_default()
 }
 
 /// The results as `--json` writes them and the report shows them.
@@ -39,11 +39,11 @@ pub(super) fn to_json(
     results: &Results,
 ) -> Value {
     let fragments = job.fragments();
-    let names = results.renderings.iter().map(|(rung, _)| rung.name().to_string());
+    let names = results.renderings.iter().map(|(kind, _)| kind.name().to_string());
     let engines: Map<String, Value> = names.zip(engines(results, fragments).json()).collect();
     let pairs: Vec<Value> =
         results.pairs.iter().map(|(a, b, p)| p.to_json(a.name(), b.name())).collect();
-    let skipped = results.skipped.iter().map(|s| json!({"engine": s.rung.name(), "why": s.why}));
+    let skipped = results.skipped.iter().map(|s| json!({"engine": s.kind.name(), "why": s.why}));
     let mut value = origin.object(json!({
         "scene": args.scene,
         "size": job.size(),
@@ -68,14 +68,14 @@ pub(super) fn to_json(
 }
 
 /// How fast each engine was and what it read.
-fn engines(results: &Results, fragments: usize) -> Table {
+fn engines(results: &Results, fragments: u64) -> Table {
     Table::of(
         &results.renderings,
         &[
-            ("engine", "", &|(rung, _)| text(rung.name())),
+            ("engine", "", &|(kind, _)| text(kind.name())),
             ("seconds", "seconds", &|(_, r)| digits(r.seconds, 3)),
             ("fragments/s", "fragments_per_second", &|(_, r)| {
-                digits(per(num::u64(fragments), 1) / r.seconds.max(1e-9), 3)
+                digits(per(fragments, 1) / r.seconds.max(1e-9), 3)
             }),
             ("probes/fragment", "", &|(_, r)| digits(per(r.probes, fragments), 3)),
             ("texels/fragment", "texels_per_fragment", &|(_, r)| {
@@ -106,14 +106,14 @@ fn engines(results: &Results, fragments: usize) -> Table {
 
 /// Touched tiles of 64 × 64 texels, texture by texture.
 fn print_tiles(out: &mut impl Write, results: &Results) -> Result<(), Failure> {
-    for (rung, r) in &results.renderings {
+    for (kind, r) in &results.renderings {
         let tiles = r.texture_use.iter().flat_map(|u| &u.tiles);
         for (index, tiles) in tiles.enumerate() {
             let by: Vec<String> = tiles.counts().iter().map(ToString::to_string).collect();
             writeln!(
                 out,
                 "{}: texture {index}: {} tiles of 64x64 texels ({} by level)",
-                rung.name(),
+                kind.name(),
                 count(num::u64(tiles.total())),
                 by.join(" ")
             )?;
@@ -124,7 +124,7 @@ fn print_tiles(out: &mut impl Write, results: &Results) -> Result<(), Failure> {
 
 /// The ladder's name of a caustic's maker: `truth` is real rays.
 fn caustic_json(caustics: &Caustics) -> Value {
-    let names = caustics.by.iter().map(|(rung, _)| rung.name().to_string());
+    let names = caustics.by.iter().map(|(kind, _)| kind.name().to_string());
     let by: Map<String, Value> = names.zip(caustic(caustics).json()).collect();
     let pairs = caustics.by.iter().zip(caustics.by.iter().skip(1)).map(|((a, x), (b, y))| {
         json!({"a": a.name(), "b": b.name(), "relative_rms": difference(&x.map, &y.map)})
@@ -138,7 +138,7 @@ fn caustic(caustics: &Caustics) -> Table {
     Table::of(
         caustics.by.iter().zip(next),
         &[
-            ("caustic", "", &|((rung, _), _)| text(rung.name())),
+            ("caustic", "", &|((kind, _), _)| text(kind.name())),
             ("photons that landed", "landed", &|((_, c), _)| {
                 whole(format!("{} of {}", c.landed, caustics.photons)).with(c.landed)
             }),
@@ -211,9 +211,9 @@ fn print_stages(out: &mut impl Write, found: &StageChecks) -> Result<(), Failure
 /// How the searches of the HIT operation ended, by engine.
 fn searches(results: &Results) -> Table {
     Table::of(
-        results.renderings.iter().filter_map(|(rung, r)| Some((rung, r.searches.as_ref()?))),
+        results.renderings.iter().filter_map(|(kind, r)| Some((kind, r.searches.as_ref()?))),
         &[
-            ("search", "", &|(rung, _)| text(rung.name())),
+            ("search", "", &|(kind, _)| text(kind.name())),
             ("look-ups/ray", "", &|(_, s)| digits(s.look_ups(), 3)),
             ("rays with an overshoot", "", &|(_, s)| grouped(s.overshot)),
             ("rays by status", "", &|(_, s)| {
@@ -269,15 +269,14 @@ pub(super) fn print_tables(
 ) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let fragments = job.fragments();
-    let env =
-        args.scene_args.env.as_ref().map_or(job.environment().into(), |p| p.display().to_string());
+    let env = args.scene_args.env.as_ref().map_or(job.origin().into(), |p| p.display().to_string());
     let size = job.map().size();
     let [width, height] = job.size();
     writeln!(
         out,
         "{} {width}x{height}, {} fragments; {env}, 6 faces of {size}x{size}; tapline {}, unit {}, seed 0",
         args.scene,
-        count(num::u64(fragments)),
+        count(fragments),
         env!("CARGO_PKG_VERSION"),
         spec.hash()
     )?;
@@ -299,7 +298,7 @@ pub(super) fn print_tables(
     if let Some(caustics) = &results.caustics {
         writeln!(out, "{}", caustic(caustics))?;
     }
-    if let Some(error) = results.get(Rung::Truth).and_then(|r| r.standard_error) {
+    if let Some(error) = results.get(EngineKind::Truth).and_then(|r| r.standard_error) {
         writeln!(out, "truth: RMS standard error {} (linear)", significant(error, 3))?;
     }
     if let Some(errors) = &results.registers {
@@ -326,18 +325,18 @@ pub(super) fn print_tables(
     if let Some(adapter) = &results.adapter {
         writeln!(out, "gpu: {adapter}")?;
     }
-    for (rung, r) in &results.renderings {
+    for (kind, r) in &results.renderings {
         if let Some((fragments, [x, y])) = r.beyond_f32 {
             writeln!(
                 out,
                 "{}: {} fragments left the range of f32, the first at pixel {x},{y}",
-                rung.name(),
+                kind.name(),
                 count(fragments)
             )?;
         }
     }
     for s in &results.skipped {
-        writeln!(out, "not checked: {} ({})", s.rung.name(), s.why)?;
+        writeln!(out, "not checked: {} ({})", s.kind.name(), s.why)?;
     }
     Ok(())
 }

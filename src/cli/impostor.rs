@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::Failure;
 use super::output::Origin;
-use crate::engine::hit_subject::lit;
+use crate::engine::job::lit::lit;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::impostor::write_impostor;

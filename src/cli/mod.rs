@@ -11,6 +11,7 @@ mod conform;
 mod cost;
 mod diff;
 mod diff_results;
+mod extra;
 mod fingerprint;
 mod gpu;
 mod impostor;

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use super::Failure;
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::job::{Job, refuse_sampler};
+use super::job::{load, refuse_sampler};
 use super::output::{Kind, Origin, write_picture};
 use super::progress::Bar;
-use crate::engine::Rung;
-use crate::error::InputError;
+use crate::engine::{EngineKind, Setup};
 use crate::image::whole::WholeFile;
 use crate::image::write::Sample;
 use crate::truth::TruthOptions;
@@ -19,7 +18,7 @@ pub(super) struct Args {
     scene: String,
     /// Engine: rtl, gpu, sampler, f64, ewa or truth.
     #[arg(long, value_enum)]
-    engine: Rung,
+    engine: EngineKind,
     /// Picture: .exr (linear) or .png (8-bit sRGB).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -53,22 +52,13 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = args.unit.load()?;
     let file = WholeFile::create(&args.output)?;
     let settings = args.run.settings(&spec);
-    let job = Job::load(&args.scene, &args.scene_args, &settings)?;
+    let job = load(&args.scene, &args.scene_args, &settings)?;
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
-    let rendering = if let Some(gpu) = gpu {
-        let made = job.render_on(&gpu, args.engine, &settings, &progress);
-        Some(made.map_err(InputError::from)?)
-    } else if args.engine == Rung::Rtl {
-        job.render_rtl(&job.rtl(&spec)?, &settings, &progress)
-    } else {
-        let options = TruthOptions::default();
-        job.render_float(args.engine, &settings, &options, &progress)
-    };
+    let truth = TruthOptions::default();
+    let setup = Setup { spec: &spec, settings: &settings, truth, gpu: gpu.as_ref() };
+    let rendering = job.render(args.engine, &setup, &progress)?;
     drop(bar);
-    let Some(rendering) = rendering else {
-        return Ok(());
-    };
     let origin = Origin::new(&spec);
     let attributes = origin.attributes(&format!("{} by {}", args.scene, args.engine.name()));
     let sample = match args.depth {

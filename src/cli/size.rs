@@ -10,16 +10,16 @@ use serde_json::{Value, json};
 use super::Failure;
 use super::args::{UnitArgs, size as parse_size};
 use super::output::{JsonTarget, Origin, unit_json};
-use super::study::scene;
+use super::study::job_at;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::operation::Operation;
 use crate::report::metrics::Pair;
 use crate::report::table::{Table, fixed, places, text, value, whole};
-use crate::study::bench::Bench;
 use crate::study::cost::{CostModel, Sheet};
 use crate::study::plan::Place;
 use crate::study::size::{Found, Goal, Outcome, Shorter, SizeOptions, size};
+use crate::study::sweep::Sweep;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
 #[derive(Debug, clap::Args)]
@@ -102,7 +102,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         face_size: args.face_size,
         bounces: None,
     };
-    let built = scene(&place, args.exposure, &base.settings(args.reference_axis))?;
+    let built = job_at(&place, args.exposure, &base.settings(args.reference_axis))?;
     if built.fragments() == 0 {
         return Err(InputError::new(
             "--size",
@@ -148,8 +148,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The unit for every operation, the given one built for the scene, and the sized one.
-fn sheets(base: &UnitSpec, sized: &UnitSpec, bench: &Bench, cost: &CostModel) -> [Sheet; 3] {
-    let operation = bench.scene().operation();
+fn sheets(base: &UnitSpec, sized: &UnitSpec, bench: &Sweep, cost: &CostModel) -> [Sheet; 3] {
+    let operation = bench.job().operation();
     let all = Operation::Env(Needs { bump: true, rough: true });
     let mut whole = cost.sheet(&base.config, all);
     for other in [Operation::Hit, Operation::Tex] {

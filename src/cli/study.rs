@@ -11,18 +11,19 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::args::SceneArgs;
-use super::job::Job;
+use super::job;
 use super::output::{JsonTarget, output_folder};
 use super::progress::Bar;
 use crate::base::hash::{hash_text, text_hash};
+use crate::engine::Job;
 use crate::error::InputError;
 use crate::report::table::{Align, Table, fixed, significant};
 use crate::settings::Settings;
-use crate::study::bench::{Measuring, Scene};
 use crate::study::cost::CostModel;
 use crate::study::plan::{Place, Plan};
 use crate::study::runner::{Host, Study};
 use crate::study::store::{Journal, Paths, Results, Shard, finish, merge};
+use crate::study::sweep::Measuring;
 use crate::truth::TruthOptions;
 
 #[derive(Debug, clap::Args)]
@@ -171,8 +172,8 @@ struct Files<'a> {
 }
 
 impl Host for Files<'_> {
-    fn scene(&mut self, place: &Place, settings: &Settings) -> Result<Scene, InputError> {
-        scene(place, self.plan.exposure, settings)
+    fn job(&mut self, place: &Place, settings: &Settings) -> Result<Job, InputError> {
+        job_at(place, self.plan.exposure, settings)
     }
 
     fn row(&mut self, number: usize, row: Value) -> Result<(), InputError> {
@@ -184,11 +185,7 @@ impl Host for Files<'_> {
 }
 
 /// Builds a place's scene as `compare` does.
-pub(super) fn scene(
-    place: &Place,
-    exposure: f64,
-    settings: &Settings,
-) -> Result<Scene, InputError> {
+pub(super) fn job_at(place: &Place, exposure: f64, settings: &Settings) -> Result<Job, InputError> {
     let args = SceneArgs {
         env: place.env.clone(),
         face_size: place.face_size,
@@ -197,11 +194,7 @@ pub(super) fn scene(
         exposure,
         ..SceneArgs::plain()
     };
-    Ok(match Job::load(&place.scene, &args, settings)? {
-        Job::Env(subject) => Scene::Env(subject),
-        Job::Hit(subject) => Scene::Hit(subject),
-        Job::Tex(subject) => Scene::Tex(subject),
-    })
+    job::load(&place.scene, &args, settings)
 }
 
 /// How a plan's units are measured.

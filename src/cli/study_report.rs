@@ -7,10 +7,9 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::output::output_folder;
-use super::study::{measuring, scene};
+use super::study::{job_at, measuring};
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
-use crate::study::bench::Bench;
 use crate::study::cost::CostModel;
 use crate::study::front::{error_figure, figure, front, larger_is_better};
 use crate::study::plan::Plan;
@@ -18,6 +17,7 @@ use crate::study::report::{details, page};
 use crate::study::rows;
 use crate::study::runner::Study;
 use crate::study::store::{Results, common};
+use crate::study::sweep::Sweep;
 
 /// Rows that are shown in detail if none are named.
 const USUAL: usize = 3;
@@ -122,7 +122,7 @@ fn gather(
         checked?;
         let settings = spec.settings(study.plan.reference_axis);
         let mut bench =
-            Bench::new(scene(&study.plan.places[place], study.plan.exposure, &settings)?);
+            Sweep::new(job_at(&study.plan.places[place], study.plan.exposure, &settings)?);
         out.push(details::gather(&mut bench, row, &spec, &settings, &how, pixels)?);
     }
     Ok(json!({"plan": results.header["plan"], "details": out}))

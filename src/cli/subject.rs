@@ -3,7 +3,7 @@
 use super::args::SceneArgs;
 use super::bump_file;
 use crate::cube::CubeMap;
-use crate::engine::Subject;
+use crate::engine::EnvJob;
 use crate::error::InputError;
 use crate::image;
 use crate::image::mips::build_mips;
@@ -12,7 +12,6 @@ use crate::planar::PlanarMap;
 use crate::scene::bump::BumpSource;
 use crate::scene::{self, DEFAULT_FACE_SIZE, SceneOptions, environment};
 use crate::settings::Settings;
-use crate::truth::background;
 
 /// Refuses an exposure that no picture has a use for.
 pub(super) fn check_exposure(stops: f64) -> Result<(), InputError> {
@@ -85,13 +84,12 @@ pub(super) fn load(
     name: &str,
     args: &SceneArgs,
     settings: &Settings,
-) -> Result<Subject, InputError> {
+) -> Result<EnvJob, InputError> {
     // A wrong name or size fails before a large map is read.
     let scene = scene::build(name, &options(args)?, settings)?;
     for note in &scene.notes {
         super::note(note);
     }
     let map = load_map(args)?.unwrap_or_else(|| build_mips(scene.environment()));
-    let background = background(&scene, &map, settings);
-    Ok(Subject { scene, map, background })
+    Ok(EnvJob::new(scene, map, settings))
 }

@@ -17,11 +17,12 @@ use self::record::Record;
 use self::request::Request;
 use self::rtl::Rtl;
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::job::Job;
+use super::job;
 use super::{Failure, subject};
 use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap};
 use crate::distance::Distance;
+use crate::engine::Job;
 use crate::error::InputError;
 use crate::image::build_mips;
 use crate::operation::Operation;
@@ -155,7 +156,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         (Some(input), _, _) => lines(args, &spec, input),
         (None, Some(scene), Some(xy)) => {
             let settings = args.run.settings(&spec);
-            let job = Job::load(scene, &args.scene_args, &settings)?;
+            let job = job::load(scene, &args.scene_args, &settings)?;
             let output = Output { engine: args.engine, raw: args.raw, line: args.lines };
             pixel::run(job, (&spec, &settings), scene, xy, &output)
         }
@@ -208,7 +209,7 @@ fn lines(args: &Args, spec: &UnitSpec, input: &std::path::Path) -> Result<(), Fa
     let settings = args.run.settings(spec);
     let (map, distance) = match &args.scene {
         Some(scene) if !matches!(find(scene)?.operation(), Operation::Env(_)) => {
-            match Job::load(scene, &args.scene_args, &settings)? {
+            match job::load(scene, &args.scene_args, &settings)? {
                 Job::Env(subject) => (Some(subject.map), None),
                 Job::Hit(subject) => (Some(subject.map), Some(subject.distance)),
                 Job::Tex(subject) => {

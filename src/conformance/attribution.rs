@@ -14,7 +14,7 @@ use super::field::registers;
 use crate::base::num;
 use crate::engine::float::F64Engine;
 use crate::engine::rtl::RtlEngine;
-use crate::engine::{Engine as _, Subject, encode};
+use crate::engine::{Engine as _, EnvJob, encode};
 use crate::error::InputError;
 use crate::picture::Picture;
 use crate::policy::Axis;
@@ -84,7 +84,7 @@ fn with_stage(spec: &UnitSpec, wide: &UnitSpec, stage: Stage) -> UnitSpec {
 }
 
 /// A picture by a unit; `None` where its words do not fit together.
-fn picture(spec: &UnitSpec, subject: &Subject, words: &[Words]) -> Option<Picture> {
+fn picture(spec: &UnitSpec, subject: &EnvJob, words: &[Words]) -> Option<Picture> {
     let engine = RtlEngine::new(spec, subject.needs(), &subject.map).ok()?;
     let filtered = engine.filter(words, &|_| ());
     let colors: Vec<[f64; 3]> = filtered.colors.iter().map(|c| engine.color(*c)).collect();
@@ -97,14 +97,14 @@ fn part(name: String, a: &Picture, b: &Picture) -> Result<Part, InputError> {
 }
 
 /// The parts of an ENV scene's error: stages, tables, the part that no word can mend; and the whole, last.
-pub fn attribute(spec: &UnitSpec, subject: &Subject) -> Result<Vec<Part>, InputError> {
+pub fn attribute(spec: &UnitSpec, subject: &EnvJob) -> Result<Vec<Part>, InputError> {
     let size = num::u32(subject.map.size());
     let needs = subject.needs();
     let words: Vec<Words> =
         subject.scene.fragments.iter().map(|f| encode::words(&f.fragment)).collect();
     let wide = widest(spec, needs, size);
     let settings = spec.settings(ReferenceAxis::Exact);
-    let exact = F64Engine { settings }.render(subject, &|_| ()).picture;
+    let exact = F64Engine { settings }.render(subject, &|_| ())?.picture;
     let own = picture(spec, subject, &words).ok_or_else(|| {
         InputError::new(
             "unit",

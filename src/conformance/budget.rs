@@ -17,7 +17,7 @@ use super::run::Runner;
 use super::stimuli::Stimulus;
 use super::subject::Subject;
 use crate::base::num;
-use crate::engine::{Subject as Scene, encode};
+use crate::engine::{EnvJob, encode};
 use crate::error::InputError;
 use crate::stage::Stage;
 use crate::unit::UnitSpec;
@@ -148,7 +148,7 @@ pub fn registers(
 }
 
 /// Budgets of the registers of ENV over the fragments of a scene, in pipeline order. The texels are those of the benches.
-pub fn scene(spec: &UnitSpec, subject: &Scene) -> Result<Vec<Row>, InputError> {
+pub fn scene(spec: &UnitSpec, subject: &EnvJob) -> Result<Vec<Row>, InputError> {
     let needs = subject.needs();
     let build = Build { bump: needs.bump, rough: needs.rough, ..Build::default() };
     let parts: Vec<Result<Rows, InputError>> = subject

@@ -10,7 +10,7 @@ pub mod tex;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::{Progress, Rendering, Subject};
+use super::{Engine, EnvJob, Progress, Rendering, texels_read};
 use crate::cube::CubeMap;
 use crate::fragment::{Fragment, PixelFragment};
 use crate::gpu::dispatch::{Batch, Program, Words};
@@ -168,8 +168,7 @@ impl Filtered {
     /// Texels that it took.
     #[must_use]
     pub fn texels(&self) -> u64 {
-        let levels = if self.lod.fract() == 0.0 { 1 } else { 2 };
-        4 * levels * u64::from(self.probes)
+        texels_read(self.lod, self.probes)
     }
 }
 
@@ -304,28 +303,38 @@ impl<'a> GpuEnv<'a> {
         self.program.dispatch(self.gpu, batch)?;
         self.gpu.wait()
     }
+}
 
-    /// Renders all fragments; the seconds hold their rounding to f32, uploads and read-backs, but neither maps nor
-    /// the compilation of kernels.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
-    pub fn render(&self, subject: &Subject, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+/// Kernels of a device. The seconds of a rendering hold the rounding of operands to f32, uploads and read-backs, but
+/// neither maps nor the compilation of kernels.
+pub struct GpuEngine<'a> {
+    /// The device.
+    pub gpu: &'a Gpu,
+    /// Policies.
+    pub settings: Settings,
+}
+
+impl Engine<EnvJob> for GpuEngine<'_> {
+    fn render(&self, job: &EnvJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let first = job.scene.fragments.first().map(|f| &f.fragment);
+        GpuEnv::new(self.gpu, &self.settings, &job.map, first)?.render(job, progress)
+    }
+}
+
+impl Engine<EnvJob> for GpuEnv<'_> {
+    fn render(&self, job: &EnvJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let start = Instant::now();
-        let (results, reports) = self.filter(&subject.scene.fragments, progress)?;
+        let (results, reports) = self.filter(&job.scene.fragments, progress)?;
         let seconds = start.elapsed().as_secs_f64();
         let colors: Vec<[f64; 3]> = results.iter().map(|r| r.color).collect();
         Ok(Rendering {
-            picture: subject.picture(&colors),
+            picture: job.picture(&colors),
             seconds,
             probes: results.iter().map(|r| u64::from(r.probes)).sum(),
             texels: results.iter().map(Filtered::texels).sum(),
             flags: reports.flags,
-            standard_error: None,
-            searches: None,
-            texture_use: None,
             beyond_f32: reports.beyond_f32,
+            ..Rendering::default()
         })
     }
 }

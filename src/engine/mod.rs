@@ -7,30 +7,30 @@ pub mod encode;
 pub mod float;
 pub mod gpu;
 pub mod hit;
-pub mod hit_subject;
+pub mod job;
 pub mod probe;
 pub mod registers;
 pub mod reuse;
 pub mod rtl;
 pub mod sampler;
 pub mod tex;
-pub(crate) mod tex_requests;
-mod tex_row;
-pub mod tex_subject;
 pub mod tiles;
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
-use rtl_model::unit::Needs;
+pub use job::env::EnvJob;
+pub use job::hit::HitJob;
+pub use job::tex::TexJob;
+pub use job::{Job, Model, Setup};
 
-use crate::base::num;
-use crate::cube::CubeMap;
+use crate::gpu::GpuError;
 use crate::picture::Picture;
-use crate::scene::Scene;
+use crate::truth::TruthPicture;
 
 /// The accuracy ladder, from the unit down to the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, clap::ValueEnum)]
-pub enum Rung {
+pub enum EngineKind {
     /// Bit-accurate integer model.
     Rtl,
     /// WGSL through wgpu.
@@ -45,8 +45,8 @@ pub enum Rung {
     Truth,
 }
 
-impl Rung {
-    /// Every rung in the ladder's order.
+impl EngineKind {
+    /// Every kind in the ladder's order.
     pub const ALL: [Self; 6] =
         [Self::Rtl, Self::Gpu, Self::Sampler, Self::F64, Self::Ewa, Self::Truth];
 
@@ -76,51 +76,8 @@ impl Rung {
     }
 }
 
-/// A scene with its environment, as every engine renders it.
-#[derive(Clone, Debug)]
-pub struct Subject {
-    /// Geometry and fragments.
-    pub scene: Scene,
-    /// Environment with its mip chain.
-    pub map: CubeMap,
-    /// Colours of the pixels without a fragment, and black elsewhere.
-    pub background: Vec<[f64; 3]>,
-}
-
-impl Subject {
-    /// The picture of `colors`, one a fragment, over the background.
-    #[must_use]
-    pub fn picture(&self, colors: &[[f64; 3]]) -> Picture {
-        let mut picture = Picture::new(self.scene.width, self.scene.height);
-        picture.rgb.copy_from_slice(&self.background);
-        for (fragment, color) in self.scene.fragments.iter().zip(colors) {
-            let index = self.index(fragment.pixel);
-            picture.rgb[index] = *color;
-            picture.covered[index] = true;
-        }
-        picture
-    }
-
-    /// Index of a pixel.
-    #[must_use]
-    pub fn index(&self, [column, row]: [u32; 2]) -> usize {
-        let place = |x: u32| num::usize(x);
-        place(row) * self.scene.width + place(column)
-    }
-
-    /// The parts of the unit that the fragments need. All of a scene need the same, so the first one tells; a
-    /// scene without fragments needs nothing.
-    #[must_use]
-    pub fn needs(&self) -> Needs {
-        self.scene
-            .fragments
-            .first()
-            .map_or(Needs { bump: false, rough: false }, |f| encode::needs(&f.fragment))
-    }
-}
-
-/// An engine's result for a scene.
-#[derive(Clone, Debug)]
+/// An engine's result for a job.
+#[derive(Clone, Debug, Default)]
 pub struct Rendering {
     /// The picture.
     pub picture: Picture,
@@ -143,18 +100,20 @@ pub struct Rendering {
 }
 
 impl Rendering {
-    /// A picture by real rays: nothing was filtered.
-    fn by_rays(picture: Picture, seconds: f64, samples: u64, standard_error: f64) -> Self {
+    /// A picture by real rays that began at `start`, over a background: nothing was filtered.
+    fn by_rays(start: Instant, result: TruthPicture, background: &[[f64; 3]]) -> Self {
+        let mut picture = result.picture;
+        for (i, color) in background.iter().enumerate() {
+            if !picture.covered[i] {
+                picture.rgb[i] = *color;
+            }
+        }
         Self {
             picture,
-            seconds,
-            probes: samples,
-            texels: 0,
-            flags: BTreeMap::new(),
-            standard_error: Some(standard_error),
-            searches: None,
-            texture_use: None,
-            beyond_f32: None,
+            seconds: start.elapsed().as_secs_f64(),
+            probes: result.samples,
+            standard_error: Some(result.rms_standard_error),
+            ..Self::default()
         }
     }
 }
@@ -204,11 +163,18 @@ impl Searches {
 /// Counts finished fragments; called from any thread.
 pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 
-/// Something that filters fragments.
-pub trait Engine: Sync {
-    /// Its place in the ladder.
-    fn rung(&self) -> Rung;
+/// Texels that `probes` trilinear probes read: a whole level of detail takes one level, any other takes two.
+#[must_use]
+pub fn texels_read(lod: f64, probes: u32) -> u64 {
+    let levels = if lod.fract() == 0.0 { 1 } else { 2 };
+    4 * levels * u64::from(probes)
+}
 
-    /// Renders all fragments.
-    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering;
+/// Something that renders jobs of an operation.
+pub trait Engine<J> {
+    /// Renders a whole job.
+    ///
+    /// # Errors
+    /// The driver's error, of engines on a GPU.
+    fn render(&self, job: &J, progress: Progress<'_>) -> Result<Rendering, GpuError>;
 }

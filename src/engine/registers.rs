@@ -4,12 +4,9 @@ use rayon::prelude::*;
 use rtl_model::Stage;
 use rtl_model::regs::Reg;
 
-use super::probe::{Code, FloatProbe, RtlProbe, rtl};
-use super::rtl::RtlEngine;
-use super::{Progress, Subject};
+use super::Progress;
+use super::probe::{Code, FloatProbe, RtlProbe};
 use crate::base::num;
-use crate::reference::{Prepared, Texture, env};
-use crate::settings::Settings;
 
 /// Errors of one register over all fragments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +69,34 @@ pub struct RegisterErrors {
     pub fragments: u64,
 }
 
+/// Both engines' registers of one request, and the errors so far.
+#[derive(Debug, Default)]
+pub(super) struct Sides {
+    /// The integer model's.
+    pub(super) mine: RtlProbe,
+    /// The float reference's.
+    pub(super) theirs: FloatProbe,
+    /// Of the requests before.
+    pub(super) errors: RegisterErrors,
+}
+
+impl Sides {
+    /// Forgets the registers.
+    pub(super) fn clear(&mut self) {
+        self.mine.clear();
+        self.theirs.clear();
+    }
+
+    /// Adds the registers' errors.
+    pub(super) fn add(&mut self, pixel: [u32; 2], same_face: bool, same_count: bool) {
+        let Self { mine, theirs, errors } = self;
+        errors.fragments += 1;
+        errors.other_face += u64::from(!same_face);
+        errors.other_count += u64::from(!same_count);
+        one(errors, mine, theirs, pixel, same_face, same_count);
+    }
+}
+
 impl Default for RegisterErrors {
     fn default() -> Self {
         Self {
@@ -86,7 +111,29 @@ impl Default for RegisterErrors {
 }
 
 impl RegisterErrors {
-    pub(super) fn merge(mut self, other: &Self) -> Self {
+    /// The errors of many requests, `chunk` of them a task: `each` adds those of one by probes that are empty.
+    pub(super) fn of<I: Sync>(
+        requests: &[I],
+        chunk: usize,
+        progress: Progress<'_>,
+        each: impl Fn(&I, &mut Sides) + Sync,
+    ) -> Self {
+        let parts: Vec<Self> = requests
+            .par_chunks(chunk)
+            .map(|chunk| {
+                let mut sides = Sides::default();
+                for request in chunk {
+                    sides.clear();
+                    each(request, &mut sides);
+                }
+                progress(num::u64(chunk.len()));
+                sides.errors
+            })
+            .collect();
+        parts.iter().fold(Self::default(), Self::merge)
+    }
+
+    fn merge(mut self, other: &Self) -> Self {
         for (a, b) in self.registers.iter_mut().zip(&other.registers) {
             a.merge(b);
         }
@@ -96,21 +143,6 @@ impl RegisterErrors {
         self.other_search += other.other_search;
         self.fragments += other.fragments;
         self
-    }
-
-    /// Adds the registers of one fragment.
-    pub(super) fn add(
-        &mut self,
-        mine: &RtlProbe,
-        theirs: &FloatProbe,
-        pixel: [u32; 2],
-        same_face: bool,
-        same_count: bool,
-    ) {
-        self.fragments += 1;
-        self.other_face += u64::from(!same_face);
-        self.other_count += u64::from(!same_count);
-        one(self, mine, theirs, pixel, same_face, same_count);
     }
 }
 
@@ -135,51 +167,6 @@ fn behind_face(reg: Reg) -> bool {
 /// Whether a register's sign follows the axis', which is free where the axis points along (0, ±1).
 fn along_axis(reg: Reg) -> bool {
     [Reg::EigenAxis, Reg::FootLine, Reg::FootStep].contains(&reg)
-}
-
-/// Compares every register of every fragment.
-#[must_use]
-pub fn compare(
-    engine: &RtlEngine,
-    settings: &Settings,
-    subject: &Subject,
-    progress: Progress<'_>,
-) -> RegisterErrors {
-    let prepared = Prepared::new(settings);
-    let texture = Texture::new(&subject.map);
-    let parts: Vec<RegisterErrors> = subject
-        .scene
-        .fragments
-        .par_chunks(512)
-        .map(|chunk| {
-            let mut errors = RegisterErrors::default();
-            let mut mine = RtlProbe::default();
-            let mut theirs = FloatProbe::default();
-            for fragment in chunk {
-                let here = rtl(
-                    &engine.unit,
-                    &engine.config,
-                    &fragment.fragment,
-                    engine.memory.texture.as_ref(),
-                    &mut mine,
-                );
-                theirs.clear();
-                let there = env(
-                    &prepared,
-                    &fragment.fragment,
-                    subject.map.size(),
-                    Some(&texture),
-                    &mut theirs,
-                );
-                let same_face = here.face == there.face;
-                let same_count = here.probes == i64::from(there.probes);
-                errors.add(&mine, &theirs, fragment.pixel, same_face, same_count);
-            }
-            progress(num::u64(chunk.len()));
-            errors
-        })
-        .collect();
-    parts.iter().fold(RegisterErrors::default(), RegisterErrors::merge)
 }
 
 /// Whether a texel coordinate differs by a texel or more.

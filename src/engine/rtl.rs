@@ -11,10 +11,11 @@ use rtl_model::unit::{Block, BlockOf, EnvBlock, Memory, Needs, Operation, Result
 use rtl_model::{Config, Tap, Texture, Unit};
 
 use super::dispatch::{self, Blocks, Each, LANES, Level, Source};
-use super::{Engine, Progress, Rendering, Rung, Subject, encode};
+use super::{Engine, EnvJob, Progress, Rendering, encode};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::error::InputError;
+use crate::gpu::GpuError;
 use crate::unit::{UnitSpec, refused};
 
 /// Blocks that one task of the thread pool takes at a time.
@@ -198,22 +199,18 @@ impl RtlEngine {
     }
 }
 
-impl Engine for RtlEngine {
-    fn rung(&self) -> Rung {
-        Rung::Rtl
-    }
-
-    fn render(&self, subject: &Subject, progress: Progress<'_>) -> Rendering {
-        let words = words_of(subject);
+impl Engine<EnvJob> for RtlEngine {
+    fn render(&self, job: &EnvJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let words = words_of(job);
         let start = Instant::now();
         let filtered = self.filter(&words, progress);
-        filtered.rendering(&self.config, subject, start)
+        Ok(filtered.rendering(&self.config, job, start))
     }
 }
 
-/// A subject's fragments as the unit's ports take them.
-pub(super) fn words_of(subject: &Subject) -> Vec<Words> {
-    subject.scene.fragments.par_iter().map(|f| encode::words(&f.fragment)).collect()
+/// A job's fragments as the unit's ports take them.
+pub(super) fn words_of(job: &EnvJob) -> Vec<Words> {
+    job.scene.fragments.par_iter().map(|f| encode::words(&f.fragment)).collect()
 }
 
 /// Colours and counts of many fragments.
@@ -242,25 +239,17 @@ impl Filtered {
         whole
     }
 
-    /// A subject's fragments, begun at `start`, as a rendering.
-    pub(super) fn rendering(
-        &self,
-        config: &Config,
-        subject: &Subject,
-        start: Instant,
-    ) -> Rendering {
+    /// A job's fragments, begun at `start`, as a rendering.
+    pub(super) fn rendering(&self, config: &Config, job: &EnvJob, start: Instant) -> Rendering {
         let seconds = start.elapsed().as_secs_f64();
         let colors: Vec<[f64; 3]> = self.colors.iter().map(|c| color(config, *c)).collect();
         Rendering {
-            picture: subject.picture(&colors),
+            picture: job.picture(&colors),
             seconds,
             probes: self.probes,
             texels: self.texels,
             flags: self.flag_names(config),
-            standard_error: None,
-            searches: None,
-            texture_use: None,
-            beyond_f32: None,
+            ..Rendering::default()
         }
     }
 

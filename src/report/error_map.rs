@@ -139,6 +139,28 @@ fn legend(map: &mut Picture, top: usize) {
     place(map, margin + bar * 3 / 8, "0 = BLACK");
 }
 
+/// Numbers of pixels from dark to white by their share of the largest, the first of each pixel. Pixels without one are
+/// dark and not covered.
+#[must_use]
+pub fn ramp(
+    [width, height]: [usize; 2],
+    numbers: impl Iterator<Item = ([u32; 2], f64)>,
+) -> Picture {
+    let numbers: Vec<([u32; 2], f64)> = numbers.collect();
+    let most = numbers.iter().fold(1.0f64, |most, (_, n)| most.max(*n));
+    let mut picture = Picture::new(width, height);
+    picture.rgb.fill([0.1; 3]);
+    for (pixel, n) in numbers {
+        let index = picture.index(pixel);
+        if !picture.covered[index] {
+            picture.covered[index] = true;
+            picture.rgb[index] =
+                linear_of_bytes(colour_of_steps(libm::exp2(16.0 * n / most - 8.0)));
+        }
+    }
+    picture
+}
+
 /// A row of pictures with a label under each, for instance rtl, f64 and their difference.
 ///
 /// Pictures are aligned at the top and `gap` columns apart; everything around them is dark. The

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use rtl_model::stages::ray_cone::Cfg;
 
+use crate::engine::TexJob;
 use crate::engine::cones::{Asked, FloatCones, RtlCones, walk};
+use crate::engine::job::scene_row;
 use crate::engine::reuse::lines::quantile;
 use crate::engine::tex::value;
-use crate::engine::tex_requests::scene_row;
-use crate::engine::tex_subject::TexSubject;
 use crate::reference::tex::tex;
 use crate::reference::{NoTap, Prepared};
 use crate::settings::Settings;
@@ -18,7 +18,7 @@ const FAR: f64 = 2.0;
 
 /// Figures by name: levels of detail of a unit's cones less those of cones in doubles, over the requests to textures.
 pub(super) fn figures(
-    subject: &TexSubject,
+    subject: &TexJob,
     spec: &UnitSpec,
     settings: &Settings,
 ) -> [(&'static str, f64); 7] {
@@ -41,7 +41,7 @@ pub(super) fn figures(
 }
 
 /// The errors of a row of the picture.
-fn row(subject: &TexSubject, spec: &UnitSpec, settings: &Settings, y: usize) -> Vec<f64> {
+fn row(subject: &TexJob, spec: &UnitSpec, settings: &Settings, y: usize) -> Vec<f64> {
     let scene = &subject.scene;
     let prepared = Prepared::new(settings);
     let policy = &settings.policy.cone;

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::engine::Rung;
+use crate::engine::EngineKind;
 use crate::report::metrics::Pair;
 
 /// A figure.
@@ -209,18 +209,18 @@ impl Measures {
     }
 
     /// Adds the distance of two pictures.
-    pub fn put_pair(&mut self, rung: Rung, pair: &Pair) {
-        let names = match rung {
-            Rung::Ewa => ["ewa_psnr_db", "ewa_mean_lsb8", "ewa_share_over_1_lsb8"],
-            Rung::Truth => ["truth_psnr_db", "truth_mean_lsb8", "truth_share_over_1_lsb8"],
-            Rung::Rtl | Rung::Gpu | Rung::Sampler | Rung::F64 => {
+    pub fn put_pair(&mut self, kind: EngineKind, pair: &Pair) {
+        let names = match kind {
+            EngineKind::Ewa => ["ewa_psnr_db", "ewa_mean_lsb8", "ewa_share_over_1_lsb8"],
+            EngineKind::Truth => ["truth_psnr_db", "truth_mean_lsb8", "truth_share_over_1_lsb8"],
+            EngineKind::Rtl | EngineKind::Gpu | EngineKind::Sampler | EngineKind::F64 => {
                 ["psnr_db", "mean_lsb8", "share_over_1_lsb8"]
             }
         };
         self.put_db(names[0], pair.psnr_db);
         self.put(names[1], pair.mean_lsb8);
         self.put(names[2], pair.share_over_1_lsb8);
-        if rung == Rung::F64 {
+        if kind == EngineKind::F64 {
             self.put("max_lsb8", pair.max_lsb8);
             self.put("max_abs", pair.max_abs);
             self.put("rel_mse", pair.rel_mse);

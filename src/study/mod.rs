@@ -1,7 +1,6 @@
 //! Studies: many units on the same scenes, with the error and the cost of each.
 
 pub mod axis;
-pub mod bench;
 mod cones;
 pub mod cost;
 mod edges;
@@ -14,7 +13,7 @@ mod read;
 pub mod report;
 pub mod rows;
 pub mod runner;
-mod scene;
 pub mod searches;
 pub mod size;
 pub mod store;
+pub mod sweep;

@@ -13,7 +13,7 @@ use super::read::Reader;
 use crate::base::hash::{hash_text, text_hash};
 use crate::base::num;
 use crate::conformance::suite::matches;
-use crate::engine::Rung;
+use crate::engine::EngineKind;
 use crate::error::InputError;
 use crate::operation::Operation;
 use crate::scene::registry::find;
@@ -94,7 +94,7 @@ pub struct Plan {
     /// Axis of the float reference.
     pub reference_axis: ReferenceAxis,
     /// What the unit is compared with: f64 always, and the engines that the file names in addition.
-    pub against: Vec<Rung>,
+    pub against: Vec<EngineKind>,
     /// Samples a pixel of `truth`.
     pub samples: u32,
     /// Exposure of the metrics in stops.
@@ -348,13 +348,13 @@ fn places(r: &Reader<'_>, root: &DeTable<'_>, folder: &Path) -> Result<Vec<Place
     Ok(out)
 }
 
-fn against(r: &Reader<'_>, root: &DeTable<'_>) -> Result<Vec<Rung>, InputError> {
-    let mut out = vec![Rung::F64];
+fn against(r: &Reader<'_>, root: &DeTable<'_>) -> Result<Vec<EngineKind>, InputError> {
+    let mut out = vec![EngineKind::F64];
     for (name, offset) in r.texts(root, "against")? {
         match name.as_str() {
             "f64" => {}
-            "ewa" => out.push(Rung::Ewa),
-            "truth" => out.push(Rung::Truth),
+            "ewa" => out.push(EngineKind::Ewa),
+            "truth" => out.push(EngineKind::Truth),
             _ => return Err(r.at(offset, "against", "f64, ewa or truth", format!("`{name}`"))),
         }
     }

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::measures::{Measures, columns};
 use super::plan::{Place, Plan};
 use super::points::Point;
-use crate::engine::Rung;
+use crate::engine::EngineKind;
 use crate::error::InputError;
 use crate::unit::knobs::Value as KnobValue;
 use crate::unit::{ReferenceAxis, UnitSpec};
@@ -27,9 +27,9 @@ pub fn header(plan: &Plan, points: usize, cost: &str) -> Value {
     let columns: Vec<Value> = columns()
         .filter(|c| plan.metrics.iter().any(|m| m == c.name))
         .filter(|c| {
-            let rung = c.name.split('_').next().unwrap_or("");
-            let other = |r: Rung| r.name() == rung && !plan.against.contains(&r);
-            !Rung::ALL.into_iter().any(other)
+            let kind = c.name.split('_').next().unwrap_or("");
+            let other = |r: EngineKind| r.name() == kind && !plan.against.contains(&r);
+            !EngineKind::ALL.into_iter().any(other)
         })
         .map(|c| json!({"name": c.name, "unit": c.unit, "meaning": c.meaning}))
         .collect();
@@ -118,7 +118,7 @@ pub fn command(plan: &Plan, place: &Place, point: &Point) -> String {
     option("--bounces", place.bounces.map(|[first, last]| format!("{first}-{last}")));
     let table = plan.reference_axis == ReferenceAxis::Table;
     option("--reference-axis", table.then(|| "table".into()));
-    let truth = plan.against.contains(&Rung::Truth) && plan.samples != 256;
+    let truth = plan.against.contains(&EngineKind::Truth) && plan.samples != 256;
     option("--samples", truth.then(|| plan.samples.to_string()));
     let dark = plan.exposure.to_bits() != 0.0f64.to_bits();
     option("--exposure", dark.then(|| plan.exposure.to_string()));

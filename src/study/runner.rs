@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::bench::{Bench, Measuring, Scene};
 use super::plan::{Place, Plan};
 use super::points::{Point, order, points};
 use super::rows::{self, row};
 use super::store::Shard;
+use super::sweep::{Measuring, Sweep};
+use crate::engine::Job;
 use crate::error::InputError;
 use crate::settings::Settings;
 use crate::unit::{UnitSpec, check};
@@ -19,7 +20,7 @@ pub trait Host {
     ///
     /// # Errors
     /// A scene or map that cannot be had.
-    fn scene(&mut self, place: &Place, settings: &Settings) -> Result<Scene, InputError>;
+    fn job(&mut self, place: &Place, settings: &Settings) -> Result<Job, InputError>;
 
     /// Takes a row.
     ///
@@ -38,7 +39,7 @@ pub struct Spent {
 }
 
 impl Spent {
-    fn add(&mut self, bench: &Bench) {
+    fn add(&mut self, bench: &Sweep) {
         self.rtl_seconds += bench.rtl_seconds;
         for (sum, n) in self.saved.iter_mut().zip(bench.saved) {
             *sum += n;
@@ -109,7 +110,7 @@ impl Study {
         host: &mut dyn Host,
     ) -> Result<Spent, InputError> {
         let mut spent = Spent::default();
-        let mut bench: Option<(usize, Settings, Bench)> = None;
+        let mut bench: Option<(usize, Settings, Sweep)> = None;
         let mut checked: BTreeMap<usize, (UnitSpec, Result<(), InputError>)> = BTreeMap::new();
         for (place_index, point_index) in &self.schedule[shard.range(self.rows())] {
             let number = rows::number(&self.plan, self.points.len(), *place_index, *point_index);
@@ -122,15 +123,15 @@ impl Study {
                 Err(error) => Err(error.clone()),
                 Ok(()) => {
                     let settings = spec.settings(self.plan.reference_axis);
-                    let stays = |(at, before, _): &(usize, Settings, Bench)| {
+                    let stays = |(at, before, _): &(usize, Settings, Sweep)| {
                         at == place_index && before.policy.roughness == settings.policy.roughness
                     };
                     if !bench.as_ref().is_some_and(stays) {
                         if let Some((_, _, bench)) = bench.take() {
                             spent.add(&bench);
                         }
-                        let scene = host.scene(place, &settings)?;
-                        bench = Some((*place_index, settings.clone(), Bench::new(scene)));
+                        let job = host.job(place, &settings)?;
+                        bench = Some((*place_index, settings.clone(), Sweep::new(job)));
                     }
                     let Some((_, _, bench)) = &mut bench else {
                         continue;

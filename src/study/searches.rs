@@ -3,11 +3,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bench::Measuring;
 use super::measures::Measures;
+use super::sweep::Measuring;
 use crate::distance::{Distance, DistanceCube};
+use crate::engine::HitJob;
 use crate::engine::hit::{HitF64, HitResult};
-use crate::engine::hit_subject::HitSubject;
 use crate::engine::reuse::lines::quantile;
 use crate::policy::{HitStatus, LookUp};
 use crate::reference::Distances;
@@ -125,7 +125,7 @@ pub(super) struct RealRays {
 
 impl RealRays {
     /// Follows the rays of a scene into its world.
-    pub(super) fn new(subject: &HitSubject) -> Self {
+    pub(super) fn new(subject: &HitJob) -> Self {
         let case = |ray: &crate::scene::hit::PixelRay| {
             let (x, r) = (ray.fragment.x, ray.fragment.r);
             let sight = subject.scene.view.world.look(x.into(), r.into())?;
@@ -150,7 +150,7 @@ impl RealRays {
     /// Puts the figures of a unit's search, and of the others that `how` asks for.
     pub(super) fn compare(
         &mut self,
-        subject: &HitSubject,
+        subject: &HitJob,
         settings: &Settings,
         results: &[HitResult],
         how: &Measuring,
@@ -173,7 +173,7 @@ impl RealRays {
         put("", &results.iter().map(Found::from).collect::<Vec<_>>());
         if how.wants("f64_") {
             let engine = HitF64::new(settings, &subject.distance, None, 1);
-            let results = engine.filter(&subject.fragments(), &|_| {});
+            let results = engine.filter(&subject.rays(), &|_| {});
             put("f64_", &results.iter().map(Found::from).collect::<Vec<_>>());
         }
         if let Some(march) = &self.march {

@@ -173,7 +173,7 @@ fn usage_errors_have_status_2_and_name_what_is_wrong() {
     }
 }
 
-/// The engines of a run that names none: with an adapter the gpu is a rung, without one it is skipped.
+/// The engines of a run that names none: with an adapter the gpu is one, without one it is skipped.
 fn ladder(value: &Value) -> Vec<&'static str> {
     let gpu = value["adapter"].is_string();
     let all = ["rtl", "gpu", "f64", "ewa", "truth"];

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tapline::cube::CubeMap;
 use tapline::engine::float::F64Engine;
-use tapline::engine::{Engine, Subject};
+use tapline::engine::{Engine, EnvJob};
 use tapline::image::{LoadOptions, load_environment};
 use tapline::report::metrics::compare;
 use tapline::scene::SCENES;
@@ -20,14 +20,14 @@ const EXACT_DB: f64 = 50.0;
 const TABLE_DB: f64 = 60.0;
 
 /// PSNR of rtl against f64 with either axis; identical pictures count as infinite.
-fn psnr(subject: &Subject, spec: &UnitSpec) -> [f64; 2] {
-    let ours = support::rtl::engine(spec, subject).render(subject, &|_| {}).picture;
+fn psnr(subject: &EnvJob, spec: &UnitSpec) -> [f64; 2] {
+    let ours = support::rtl::engine(spec, subject).render(subject, &|_| {}).unwrap().picture;
     let lit = ours.rgb.iter().zip(&ours.covered);
     let lit = lit.filter(|(rgb, covered)| **covered && rgb.iter().any(|c| *c > 1.0 / 64.0));
     assert!(lit.count() > 100, "{} is black", subject.scene.info.name);
     [ReferenceAxis::Exact, ReferenceAxis::Table].map(|axis| {
         let theirs = F64Engine { settings: spec.settings(axis) };
-        let theirs = theirs.render(subject, &|_| {}).picture;
+        let theirs = theirs.render(subject, &|_| {}).unwrap().picture;
         let pair = compare(&ours, &theirs, 0.0).expect("pictures of one size");
         pair.psnr_db.unwrap_or(f64::INFINITY)
     })

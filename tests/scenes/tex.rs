@@ -2,7 +2,9 @@
 
 use support::golden;
 use tapline::base::hash::hash_text;
-use tapline::engine::tex_subject::{TexEngine, TexSubject};
+use tapline::engine::float::F64Engine;
+use tapline::engine::job::tex::TexEngine;
+use tapline::engine::{Engine as _, EngineKind, Job, Setup, TexJob};
 use tapline::image::mips::build_mips;
 use tapline::policy::ConeMetric;
 use tapline::report::hash::picture_hash;
@@ -11,7 +13,7 @@ use tapline::scene::tex::{TEX_SCENES, build};
 use tapline::scene::{SceneOptions, environment};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
-fn subject(name: &str, side: usize, texture: usize) -> TexSubject {
+fn subject(name: &str, side: usize, texture: usize) -> TexJob {
     let options = SceneOptions {
         width: side,
         height: side,
@@ -19,7 +21,7 @@ fn subject(name: &str, side: usize, texture: usize) -> TexSubject {
         ..SceneOptions::default()
     };
     let scene = build(name, &options, None).unwrap();
-    TexSubject::new(scene, build_mips(environment::procedural(32)))
+    TexJob::new(scene, build_mips(environment::procedural(32)))
 }
 
 #[test]
@@ -30,8 +32,8 @@ fn pictures_have_the_golden_hashes_and_both_engines_agree() {
     for info in TEX_SCENES {
         let subject = subject(info.name, 48, 256);
         let engine = TexEngine::new(&spec, &subject).unwrap();
-        let rtl = subject.rtl(&engine, &settings, &|_| {});
-        let float = subject.f64(&settings, &|_| {});
+        let rtl = engine.render(&subject, &|_| {}).unwrap();
+        let float = F64Engine { settings: settings.clone() }.render(&subject, &|_| {}).unwrap();
         for (name, rendering) in [("rtl", &rtl), ("f64", &float)] {
             let hash = hash_text(picture_hash(&rendering.picture));
             lines.push_str(&format!("{} {name} {hash}\n", info.name));
@@ -53,8 +55,7 @@ fn tiles(name: &str, metric: ConeMetric, cones: u32) -> usize {
     spec.config.policy.cone.count = cones;
     let subject = subject(name, 96, 1024);
     let engine = TexEngine::new(&spec, &subject).unwrap();
-    let settings = spec.settings(ReferenceAxis::Exact);
-    let rendering = subject.rtl(&engine, &settings, &|_| {});
+    let rendering = engine.render(&subject, &|_| {}).unwrap();
     let used = rendering.texture_use.unwrap();
     used.tiles.iter().map(|t| t.total()).sum()
 }
@@ -71,13 +72,12 @@ fn cones_need_fewer_tiles_where_the_note_says_so() {
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let spec = UnitSpec::default();
-    let settings = spec.settings(ReferenceAxis::Exact);
     let subject = subject("vases", 24, 128);
     let engine = TexEngine::new(&spec, &subject).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| {
-            let r = subject.rtl(&engine, &settings, &|_| {});
+            let r = engine.render(&subject, &|_| {}).unwrap();
             (picture_hash(&r.picture), r.texture_use.unwrap().tiles)
         })
     };
@@ -89,11 +89,12 @@ fn truth_is_near_and_says_its_error() {
     let spec = UnitSpec::default();
     let settings = spec.settings(ReferenceAxis::Exact);
     let subject = subject("convex", 24, 256);
-    let options = tapline::truth::TruthOptions::default();
-    let truth = subject.truth(&settings, &options, &|_| {});
+    let truth = tapline::truth::TruthOptions::default();
+    let setup = Setup { spec: &spec, settings: &settings, truth, gpu: None };
+    let job = Job::Tex(Box::new(subject));
+    let [truth, float, ewa] = [EngineKind::Truth, EngineKind::F64, EngineKind::Ewa]
+        .map(|kind| job.render(kind, &setup, &|_| {}).unwrap());
     assert!(truth.standard_error.is_some_and(|e| e > 0.0 && e < 0.2));
-    let float = subject.f64(&settings, &|_| {});
-    let ewa = subject.ewa(&settings, &|_| {});
     for (a, least) in [(&float, 18.0), (&ewa, 18.0)] {
         let pair = metrics::compare(&a.picture, &truth.picture, 0.0).unwrap();
         // A sanity bound: a wrong texture, weight or direction is below 12 dB.

@@ -2,59 +2,47 @@
 
 use support::knobs::others;
 use tapline::cube::CubeMap;
-use tapline::engine::hit_subject::HitSubject;
-use tapline::engine::rtl::RtlEngine;
-use tapline::engine::tex_subject::{TexEngine, TexSubject};
-use tapline::engine::{Engine as _, Rendering, Rung, Subject};
+use tapline::engine::{EngineKind, EnvJob, HitJob, Job, Rendering, Setup, TexJob};
 use tapline::image::mips::build_mips;
 use tapline::report::hash::picture_hash;
 use tapline::scene::{SceneOptions, build, hit, tex};
-use tapline::study::bench::{Bench, Measuring, Scene};
 use tapline::study::cost::CostModel;
-use tapline::truth::{TruthOptions, background};
+use tapline::study::sweep::{Measuring, Sweep};
+use tapline::truth::TruthOptions;
 use tapline::unit::{ReferenceAxis, UnitSpec, check};
 
 fn options() -> SceneOptions {
     SceneOptions { width: 10, height: 10, face_size: Some(32), ..SceneOptions::default() }
 }
 
-fn reflections(name: &str) -> Subject {
+fn reflections(name: &str) -> EnvJob {
     let settings = UnitSpec::default().settings(ReferenceAxis::Exact);
     let scene = build(name, &options(), &settings).unwrap();
     let map = build_mips(scene.environment());
-    let background = background(&scene, &map, &settings);
-    Subject { scene, map, background }
+    EnvJob::new(scene, map, &settings)
 }
 
-fn rays() -> HitSubject {
-    HitSubject::built_in(hit::build("room", &options()).unwrap())
+fn rays() -> HitJob {
+    HitJob::built_in(hit::build("room", &options()).unwrap())
 }
 
-fn cones() -> TexSubject {
+fn cones() -> TexJob {
     let scene = tex::build("convex", &options(), None).unwrap();
     let sky: CubeMap = build_mips(tapline::scene::environment::procedural(16));
-    TexSubject::new(scene, sky)
+    TexJob::new(scene, sky)
 }
 
 /// A lone run, as `compare` makes it.
-fn lone(scene: &Scene, spec: &UnitSpec) -> Rendering {
-    let settings = spec.settings(ReferenceAxis::Exact);
-    match scene {
-        Scene::Env(s) => RtlEngine::new(spec, s.needs(), &s.map).unwrap().render(s, &|_| {}),
-        Scene::Hit(s) => {
-            let size = s.map.size();
-            let engine =
-                tapline::engine::hit::HitRtl::new(spec, &s.distance, Some(&s.map), size).unwrap();
-            s.rtl(&engine, &|_| {})
-        }
-        Scene::Tex(s) => s.rtl(&TexEngine::new(spec, s).unwrap(), &settings, &|_| {}),
-    }
+fn lone(job: &Job, spec: &UnitSpec) -> Rendering {
+    let settings = &spec.settings(ReferenceAxis::Exact);
+    let setup = Setup { spec, settings, truth: TruthOptions::default(), gpu: None };
+    job.render(EngineKind::Rtl, &setup, &|_| {}).unwrap()
 }
 
 /// Sets every knob of the unit to another value, one after the other, and compares each run with a lone one. A few
 /// combinations switch on what is off by default.
-fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
-    let mut bench = Bench::new(scene);
+fn every_knob_gives_the_bits_of_a_lone_run(job: Job) {
+    let mut bench = Sweep::new(job);
     let mut bases = vec![UnitSpec::default()];
     for sets in [
         &[
@@ -72,7 +60,7 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
     }
     let (mut tried, mut kept, mut changed) = (0, 0, 0);
     for base in &bases {
-        let plain = picture_hash(&lone(bench.scene(), base).picture);
+        let plain = picture_hash(&lone(bench.job(), base).picture);
         for knob in base.knobs() {
             // What these change is the scene, not the unit.
             if knob.path.starts_with("roughness.interpolate")
@@ -94,13 +82,12 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
             else {
                 continue;
             };
-            let settings = spec.settings(ReferenceAxis::Exact);
             // The distances' memory has limits that no check of a unit knows.
-            let Ok((mine, _, saved)) = bench.render(&spec, &settings, true) else {
+            let Ok((mine, _, saved)) = bench.render(&spec, true) else {
                 assert!(knob.path.starts_with("registers.hit.distance."), "{}", knob.path);
                 continue;
             };
-            let alone = lone(bench.scene(), &spec);
+            let alone = lone(bench.job(), &spec);
             let place = &knob.path;
             assert_eq!(mine.picture, alone.picture, "{place}: picture");
             assert_eq!((mine.probes, mine.texels), (alone.probes, alone.texels), "{place}");
@@ -121,35 +108,35 @@ fn every_knob_gives_the_bits_of_a_lone_run(scene: Scene) {
 
 #[test]
 fn reflections_from_kept_steps_equal_a_lone_run_for_every_knob() {
-    every_knob_gives_the_bits_of_a_lone_run(Scene::Env(Box::new(reflections("scratches"))));
+    every_knob_gives_the_bits_of_a_lone_run(Job::Env(Box::new(reflections("scratches"))));
 }
 
 #[test]
 fn rays_from_kept_steps_equal_a_lone_run_for_every_knob() {
-    every_knob_gives_the_bits_of_a_lone_run(Scene::Hit(Box::new(rays())));
+    every_knob_gives_the_bits_of_a_lone_run(Job::Hit(Box::new(rays())));
 }
 
 #[test]
 fn textures_from_kept_steps_equal_a_lone_run_for_every_knob() {
-    every_knob_gives_the_bits_of_a_lone_run(Scene::Tex(Box::new(cones())));
+    every_knob_gives_the_bits_of_a_lone_run(Job::Tex(Box::new(cones())));
 }
 
 #[test]
 fn figures_with_and_without_reuse_are_the_same() {
     for scene in [
-        || Scene::Env(Box::new(reflections("sphere"))),
-        || Scene::Hit(Box::new(rays())),
-        || Scene::Tex(Box::new(cones())),
+        || Job::Env(Box::new(reflections("sphere"))),
+        || Job::Hit(Box::new(rays())),
+        || Job::Tex(Box::new(cones())),
     ] {
         let how = |reuse| Measuring {
-            against: vec![Rung::F64, Rung::Ewa],
+            against: vec![EngineKind::F64, EngineKind::Ewa],
             truth: TruthOptions::default(),
             exposure: 0.0,
             cost: CostModel::default(),
             reuse,
             figures: Vec::new(),
         };
-        let (mut keeps, mut forgets) = (Bench::new(scene()), Bench::new(scene()));
+        let (mut keeps, mut forgets) = (Sweep::new(scene()), Sweep::new(scene()));
         let mut seen = Vec::new();
         for (path, value) in [
             ("filter.weight_bits", 6),

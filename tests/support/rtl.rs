@@ -6,37 +6,35 @@ use rtl_model::{Texture, Unit};
 use tapline::cube::CubeMap;
 use tapline::engine::probe::{Code, RtlFragment, RtlProbe, rtl};
 use tapline::engine::rtl::RtlEngine;
-use tapline::engine::{Subject, encode};
+use tapline::engine::{EnvJob, encode};
 use tapline::fragment::Fragment;
 use tapline::image::mips::build_mips;
 use tapline::scene::{SceneOptions, build};
 use tapline::settings::Settings;
-use tapline::truth::background;
 use tapline::unit::bounds::bounds;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 /// A scene with its own environment, or with `map`.
-pub fn subject_with(name: &str, size: usize, settings: &Settings, map: Option<CubeMap>) -> Subject {
+pub fn subject_with(name: &str, size: usize, settings: &Settings, map: Option<CubeMap>) -> EnvJob {
     let options = SceneOptions { width: size, height: size, ..SceneOptions::default() };
     let scene = build(name, &options, settings).unwrap();
     let map = map.unwrap_or_else(|| build_mips(scene.environment()));
-    let background = background(&scene, &map, settings);
     assert!(!scene.fragments.is_empty(), "{name} shows nothing");
-    Subject { scene, map, background }
+    EnvJob::new(scene, map, settings)
 }
 
 /// A scene with its own environment, `size` pixels square.
-pub fn subject(name: &str, size: usize, spec: &UnitSpec) -> Subject {
+pub fn subject(name: &str, size: usize, spec: &UnitSpec) -> EnvJob {
     subject_with(name, size, &spec.settings(ReferenceAxis::Exact), None)
 }
 
 /// What the first fragment of a subject needs; all of a scene need the same.
-pub fn needs(subject: &Subject) -> Needs {
+pub fn needs(subject: &EnvJob) -> Needs {
     encode::needs(&subject.scene.fragments[0].fragment)
 }
 
 /// The engine of a subject.
-pub fn engine(spec: &UnitSpec, subject: &Subject) -> RtlEngine {
+pub fn engine(spec: &UnitSpec, subject: &EnvJob) -> RtlEngine {
     RtlEngine::new(spec, needs(subject), &subject.map).unwrap()
 }
 

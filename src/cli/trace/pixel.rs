@@ -10,9 +10,9 @@ use super::request::Request;
 use super::{Memories, TraceEngine, Tracer};
 use crate::base::num;
 use crate::cli::Failure;
-use crate::cli::job::Job;
+use crate::engine::Job;
+use crate::engine::job::tex::TexEngine;
 use crate::engine::tex::value;
-use crate::engine::tex_subject::TexEngine;
 use crate::error::InputError;
 use crate::fragment::{Tangents, TexFragment};
 use crate::report::table::{Align, Table, significant};
@@ -36,7 +36,6 @@ pub(super) struct Output {
 fn first(
     job: Job,
     spec: &UnitSpec,
-    settings: &Settings,
     pixel: [u32; 2],
 ) -> Result<Option<(Request, Memories, String)>, InputError> {
     let [column, row] = pixel.map(num::usize);
@@ -58,7 +57,7 @@ fn first(
         Job::Tex(mut subject) => {
             let engine = TexEngine::new(spec, &subject)?;
             let mut found = None;
-            subject.each_look(&engine, settings, row, &mut |at, look, words, width| {
+            subject.each_look(&engine, row, &mut |at, look, words, width| {
                 if at == column && found.is_none() {
                     let unit = &engine.textures[look.texture].unit;
                     found = Some((*look, [value(unit.cone.angle(words.cone.angle)), width]));
@@ -99,7 +98,7 @@ pub(super) fn run(
         )
         .into());
     }
-    let Some((request, memories, about)) = first(job, spec, settings, [x, y])? else {
+    let Some((request, memories, about)) = first(job, spec, [x, y])? else {
         return Err(InputError::new(
             "--pixel",
             "a pixel that shows the surface",

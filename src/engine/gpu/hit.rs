@@ -1,11 +1,13 @@
 //! The HIT operation on a device.
 
-use super::{Filtered, Operands, Reports, bit, flag_names, tables};
+use std::time::Instant;
+
+use super::{Filtered, GpuEngine, Operands, Reports, bit, flag_names, tables};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
-use crate::engine::Progress;
 use crate::engine::hit::HitResult;
+use crate::engine::{Engine, HitJob, Progress, Rendering};
 use crate::fragment::HitFragment;
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Fused, Kernel};
@@ -153,5 +155,21 @@ fn result(filtered: Filtered, flags: u32, words: &[u32], ray: &HitFragment) -> H
         texels: if cone { filtered.texels() } else { 0 },
         overshot: flags & bit(Flag::HitOvershoot) != 0,
         flags: flag_names(flags).into_iter().map(String::from).collect(),
+    }
+}
+
+impl Engine<HitJob> for GpuEngine<'_> {
+    fn render(&self, job: &HitJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let (map, size) = (Some(&job.map), job.map.size());
+        let engine = GpuHit::new(self.gpu, &self.settings, &job.distance, map, size)?;
+        let rays = job.rays();
+        let pixels: Vec<[u32; 2]> = job.scene.rays.iter().map(|ray| ray.pixel).collect();
+        let start = Instant::now();
+        let (results, reports) = engine.reported(&rays, &pixels, progress)?;
+        Ok(Rendering {
+            flags: reports.flags,
+            beyond_f32: reports.beyond_f32,
+            ..job.rendering(start, &results)
+        })
     }
 }

@@ -1,9 +1,14 @@
 //! The TEX operation on a device: requests of a scene's paths, cones included.
 
-use super::{Filtered, Operands, tables};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::{Filtered, GpuEngine, Operands, Reports, tables};
 use crate::base::num;
-use crate::engine::tex_requests::{Request, scene_row};
-use crate::engine::tex_subject::TexSubject;
+use crate::engine::TexJob;
+use crate::engine::job::{Request, Row, scene_row};
+use crate::engine::{Engine, Progress, Rendering};
 use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Fused, Kernel};
@@ -39,13 +44,13 @@ pub struct GpuTex<'a> {
     textures: Vec<Memory>,
     environment: Memory,
     /// Address modes beyond the textures' edges.
-    pub wrap: [Wrap; 2],
+    wrap: [Wrap; 2],
 }
 
 /// One request: the path's first direction, its steps until then, and the texture asked.
-pub(crate) struct Asked {
+struct Asked {
     /// Index of the texture; none asks for the environment.
-    pub texture: Option<usize>,
+    texture: Option<usize>,
     direction: [f64; 3],
     first: usize,
     count: usize,
@@ -55,7 +60,7 @@ pub(crate) struct Asked {
 
 /// The requests of a row.
 #[derive(Default)]
-pub(crate) struct AskedGpu {
+struct AskedGpu {
     steps: Vec<f32>,
     requests: Vec<Request<Asked>>,
 }
@@ -96,9 +101,9 @@ pub fn encode(operands: &mut Operands, fragment: &TexFragment, wrap: [Wrap; 2]) 
     operands.numbers(&[0, 1].map(|i| in_first_period(fragment.st[i], wrap[i])));
 }
 
-impl TexSubject {
+impl TexJob {
     /// A row's requests as the kernels take them.
-    pub(crate) fn ask_gpu(&self, wrap: [Wrap; 2], y: usize) -> AskedGpu {
+    fn ask_gpu(&self, wrap: [Wrap; 2], y: usize) -> AskedGpu {
         let mut out = AskedGpu::default();
         let part = 1.0 / f64::from(self.scene.samples);
         scene_row(&self.scene, y, &mut |column, _, path| {
@@ -144,7 +149,7 @@ impl<'a> GpuTex<'a> {
     /// # Errors
     ///
     /// A map beyond the device's limits, or the driver's error.
-    pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexSubject) -> Result<Self, GpuError> {
+    pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexJob) -> Result<Self, GpuError> {
         let tables = tables(settings);
         let policy = Policy::new(settings, &tables).with_camera(&subject.scene.camera);
         let words = tables.words();
@@ -181,13 +186,13 @@ impl<'a> GpuTex<'a> {
     }
 
     /// Rows whose requests go to the device together.
-    pub(crate) fn rows_of_a_block(&self, requests: u64, rows: usize) -> usize {
+    fn rows_of_a_block(&self, requests: u64, rows: usize) -> usize {
         let a_row = (requests / num::u64(rows).max(1)).max(1);
         num::usize((BLOCK / a_row).max(1))
     }
 
     /// The requests of some rows; `found` gets the row, the request and its result, flags of its operands included.
-    pub(crate) fn filter(
+    fn filter(
         &self,
         rows: &[AskedGpu],
         found: &mut dyn FnMut(usize, &Request<Asked>, Filtered),
@@ -233,5 +238,43 @@ impl<'a> GpuTex<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// Blocks of rows, whose paths the host traces.
+impl Engine<TexJob> for GpuEngine<'_> {
+    fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let engine = GpuTex::new(self.gpu, &self.settings, job)?;
+        let (width, height) = (job.scene.width, job.scene.height);
+        let block = engine.rows_of_a_block(job.requests, height);
+        let mut rows: Vec<Row> = Vec::with_capacity(height);
+        let mut reports = Reports::default();
+        let mut seconds = 0.0;
+        for first in (0..height).step_by(block) {
+            let last = (first + block).min(height);
+            let asked: Vec<AskedGpu> =
+                (first..last).into_par_iter().map(|y| job.ask_gpu(engine.wrap, y)).collect();
+            let begin = Instant::now();
+            rows.extend((first..last).map(|_| Row::new(width)));
+            engine.filter(&asked, &mut |y, request, found| {
+                let row = &mut rows[first + y];
+                row.add(request.column, request.weight, found.color);
+                if request.asked.texture.is_some() {
+                    row.level(request.column, request.weight, found.lod);
+                }
+                row.probes += u64::from(found.probes);
+                row.texels += found.texels();
+                let pixel = [request.column, first + y].map(num::u32);
+                reports.add(found.flags, pixel);
+            })?;
+            seconds += begin.elapsed().as_secs_f64();
+            progress(num::u64((last - first) * width));
+        }
+        Ok(Rendering {
+            seconds,
+            flags: reports.flags,
+            beyond_f32: reports.beyond_f32,
+            ..job.put_together(rows, 0.0)
+        })
     }
 }

@@ -12,13 +12,12 @@ use super::lines::RtlLine;
 use super::{Keys, MOST_KEPT, Saved, StepHasher};
 use crate::engine::dispatch::{LANES, Source};
 use crate::engine::hit::{HitResult, HitRtl, words};
-use crate::engine::hit_subject::HitSubject;
 use crate::engine::rtl::{Filtered, Rtl, RtlEngine, words_of};
-use crate::engine::{Rendering, Subject};
+use crate::engine::{EnvJob, HitJob, Rendering};
 use crate::error::InputError;
 use crate::unit::UnitSpec;
 
-/// A scene's requests with a unit's results for them.
+/// A job's requests with a unit's results for them.
 #[derive(Debug)]
 pub struct Kept<O: Operation> {
     engine: Option<Rtl<O>>,
@@ -32,9 +31,9 @@ impl<O: Operation> Default for Kept<O> {
     }
 }
 
-/// A scene's fragments with a unit's results for them.
+/// A job's fragments with a unit's results for them.
 pub type KeptEnv = Kept<Unit>;
-/// A scene's rays with a unit's results for them.
+/// A job's rays with a unit's results for them.
 pub type KeptHit = Kept<HitUnit>;
 
 /// Parts of a result in order, the time of the start, and the parts that were kept.
@@ -114,18 +113,18 @@ pub(super) fn touched_corners<O: Operation>(
 }
 
 impl KeptEnv {
-    /// Renders a subject, always the same one, by a unit.
+    /// Renders a job, always the same one, by a unit.
     pub fn render(
         &mut self,
         spec: &UnitSpec,
-        subject: &Subject,
+        job: &EnvJob,
     ) -> Result<(Rendering, Saved), InputError> {
-        let engine = RtlEngine::again(self.engine.take(), spec, subject.needs(), &subject.map)?;
-        let count = subject.scene.fragments.len();
-        let words = || words_of(subject);
+        let engine = RtlEngine::again(self.engine.take(), spec, job.needs(), &job.map)?;
+        let count = job.scene.fragments.len();
+        let words = || words_of(job);
         let (parts, start, saved) = self.run(engine, 0, count, words, RtlEngine::add);
         let filtered = Filtered::whole(parts, count);
-        Ok((filtered.rendering(&spec.config, subject, start), saved))
+        Ok((filtered.rendering(&spec.config, job, start), saved))
     }
 }
 
@@ -137,19 +136,19 @@ pub(super) fn rays_key(spec: &UnitSpec, rays: u64) -> u64 {
 }
 
 impl KeptHit {
-    /// Renders a subject, always the same one, by a unit; with each ray's result.
+    /// Renders a job, always the same one, by a unit; with each ray's result.
     pub fn render(
         &mut self,
         spec: &UnitSpec,
-        subject: &HitSubject,
+        job: &HitJob,
     ) -> Result<(Rendering, Vec<HitResult>, Saved), InputError> {
-        let map = Some(&subject.map);
-        let engine = HitRtl::again(self.engine.take(), spec, &subject.distance, map, 0)?;
-        let rays = &subject.scene.rays;
+        let map = Some(&job.map);
+        let engine = HitRtl::again(self.engine.take(), spec, &job.distance, map, 0)?;
+        let rays = &job.scene.rays;
         let all = || rays.iter().map(|ray| words(&ray.fragment)).collect();
         let key = rays_key(spec, 0);
         let (parts, start, saved) = self.run(engine, key, rays.len(), all, HitRtl::add);
         let results = parts.concat();
-        Ok((subject.rendering(start, &results), results, saved))
+        Ok((job.rendering(start, &results), results, saved))
     }
 }

@@ -20,22 +20,14 @@ pub struct Line {
     pub probes: u32,
     /// Level of detail.
     pub lod: f64,
-}
-
-/// A probe line for a 2-D texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TexLine {
-    /// Which texture.
-    pub texture: usize,
-    /// The line.
-    pub line: Line,
-    /// Width of the cone there, world units.
-    pub width: f64,
+    /// Width of the cone that asked a 2-D texture, world units.
+    pub width: Option<f64>,
 }
 
 impl Line {
     /// A single probe on level 0.
-    pub const NONE: Self = Self { axis: [1.0, 0.0], texels: [0.0; 2], probes: 1, lod: 0.0 };
+    pub const NONE: Self =
+        Self { axis: [1.0, 0.0], texels: [0.0; 2], probes: 1, lod: 0.0, width: None };
 
     /// Of ENV or HIT, on faces of `face_size` texels.
     #[must_use]
@@ -45,13 +37,15 @@ impl Line {
             texels: env.lambda.map(|x| x * face_size as f64 / 2.0),
             probes: env.probes,
             lod: env.lod,
+            width: None,
         }
     }
 
-    /// Of TEX.
+    /// Of TEX, for a cone of that width.
     #[must_use]
-    pub fn of_tex(tex: &Tex) -> Self {
-        Self { axis: tex.axis, texels: tex.lambda, probes: tex.probes, lod: tex.lod }
+    pub fn of_tex(tex: &Tex, width: f64) -> Self {
+        let Tex { axis, lambda: texels, probes, lod, .. } = *tex;
+        Self { axis, texels, probes, lod, width: Some(width) }
     }
 }
 
@@ -64,6 +58,8 @@ pub struct RtlLine {
     pub probes: i64,
     /// Level of detail.
     pub lod: f64,
+    /// Width of the cone that asked a 2-D texture, world units.
+    pub width: Option<f64>,
 }
 
 impl RtlLine {
@@ -75,6 +71,7 @@ impl RtlLine {
             axis: [0, 1].map(|c| to_f64(state.axes.axis[c][lane], frac(Reg::EigenAxis))),
             probes: state.line.count[lane],
             lod: to_f64(state.line.lod[lane], frac(Reg::FootLod)),
+            width: None,
         }
     }
 }

@@ -10,14 +10,13 @@ use super::kept::{rays_key, touched_corners};
 use super::lines::RtlLine;
 use super::{Keys, MOST_KEPT, Saved, StepHasher};
 use crate::distance::Distance;
-use crate::engine::Rendering;
 use crate::engine::dispatch::LANES;
 use crate::engine::hit::{HitRtl, words};
+use crate::engine::job::AskedRtl;
+use crate::engine::job::tex::TexEngine;
 use crate::engine::tex::{TexRtl, value};
-use crate::engine::tex_requests::AskedRtl;
-use crate::engine::tex_subject::{TexEngine, TexSubject};
+use crate::engine::{Engine as _, Rendering, TexJob};
 use crate::error::InputError;
-use crate::settings::Settings;
 use crate::unit::UnitSpec;
 
 /// The steps from which a row's blocks have to run: of each texture's unit, and of the environment's.
@@ -71,12 +70,11 @@ impl KeptTex {
     pub fn render(
         &mut self,
         spec: &UnitSpec,
-        settings: &Settings,
-        subject: &TexSubject,
+        subject: &TexJob,
     ) -> Result<(Rendering, Saved), InputError> {
         let engine = compile(self.engine.take(), spec, subject)?;
         if subject.requests > MOST_KEPT {
-            let rendering = subject.rtl(&engine, settings, &|_| {});
+            let rendering = engine.render(subject, &|_| {})?;
             self.engine = Some(engine);
             return Ok((rendering, Saved::default()));
         }
@@ -87,7 +85,7 @@ impl KeptTex {
         if self.rows.is_empty() || self.cones != cones {
             self.rows = (0..subject.scene.height)
                 .into_par_iter()
-                .map(|y| KeptRow::new(&engine, subject.ask_rtl(&engine, settings, y)))
+                .map(|y| KeptRow::new(&engine, subject.ask_rtl(&engine, y)))
                 .collect();
             self.cones = cones;
             (self.looks, self.sky) = (Vec::new(), Keys::default());
@@ -130,16 +128,16 @@ impl KeptTex {
 
     /// The probe line of every request to a texture and the width of its cone, row by row, and in a row texture by
     /// texture.
-    pub fn lines(&self, each: &mut dyn FnMut(RtlLine, f64)) {
+    pub fn lines(&self, each: &mut dyn FnMut(RtlLine)) {
         let Some(engine) = &self.engine else { return };
         for row in &self.rows {
             let blocks = row.blocks.looks.iter().zip(&engine.textures);
             for (blocks, unit) in blocks {
                 for block in blocks {
                     for lane in 0..block.env.len {
+                        let width = value(unit.unit.cone.width(block.front.width(lane)));
                         let line = RtlLine::new(&unit.config, &block.env, lane);
-                        let width = block.front.width(lane);
-                        each(line, value(unit.unit.cone.width(width)));
+                        each(RtlLine { width: Some(width), ..line });
                     }
                 }
             }
@@ -165,7 +163,7 @@ impl KeptTex {
 fn compile(
     before: Option<TexEngine>,
     spec: &UnitSpec,
-    subject: &TexSubject,
+    subject: &TexJob,
 ) -> Result<TexEngine, InputError> {
     let (old, sky) = before.map_or((Vec::new(), None), |e| (e.textures, Some(e.sky)));
     let mut old = old.into_iter();

@@ -6,18 +6,16 @@ use rtl_model::regs::Reg;
 use serde_json::{Value, json};
 
 use super::view::view;
-use crate::base::num;
-use crate::engine::Rung;
+use crate::engine::EngineKind;
 use crate::error::InputError;
 use crate::image::write::write_png;
 use crate::picture::Picture;
-use crate::report::error_map::{colour_of_steps, error_map};
+use crate::report::error_map::{error_map, ramp};
 use crate::report::escape::base64;
 use crate::report::metrics;
 use crate::settings::Settings;
-use crate::srgb::srgb_decode;
 use crate::stage::Stage;
-use crate::study::bench::{Bench, Measuring, Scene};
+use crate::study::sweep::{Measuring, Sweep};
 use crate::unit::{UnitSpec, check};
 
 /// Renders a row once more.
@@ -25,41 +23,41 @@ use crate::unit::{UnitSpec, check};
 /// # Errors
 /// The unit is refused, or pictures that cannot be compared.
 pub fn gather(
-    bench: &mut Bench,
+    bench: &mut Sweep,
     row: &Value,
     spec: &UnitSpec,
     settings: &Settings,
     how: &Measuring,
     pixels: &[[u32; 2]],
 ) -> Result<Value, InputError> {
-    let (rendering, ..) = bench.render(spec, settings, true)?;
+    let (rendering, ..) = bench.render(spec, true)?;
     let mut pictures = vec![("the unit", png(&rendering.picture, how.exposure))];
     let mut ladder = Vec::new();
-    let mut above = (Rung::Rtl, rendering.picture.clone());
+    let mut above = (EngineKind::Rtl, rendering.picture.clone());
     let mut worst = [0, 0];
-    for rung in [Rung::F64, Rung::Ewa, Rung::Truth] {
-        if rung == Rung::Truth && !how.against.contains(&rung) {
+    for kind in [EngineKind::F64, EngineKind::Ewa, EngineKind::Truth] {
+        if kind == EngineKind::Truth && !how.against.contains(&kind) {
             continue;
         }
-        let below = bench.reference_picture(rung, settings, &how.truth).clone();
+        let below = bench.reference_picture(kind, settings, &how.truth)?.clone();
         let pair = metrics::compare(&above.1, &below, how.exposure)?;
-        if rung == Rung::F64 {
+        if kind == EngineKind::F64 {
             worst = pair.worst_pixel;
             pictures.push(("f64", png(&below, how.exposure)));
             let map = error_map(&above.1, &below, how.exposure)?;
             pictures.push(("difference, 8-bit steps", png(&map, 0.0)));
         }
-        ladder.push(pair.to_json(above.0.name(), rung.name()));
-        above = (rung, below);
+        ladder.push(pair.to_json(above.0.name(), kind.name()));
+        above = (kind, below);
     }
     if let Some(picture) = counts(bench) {
         pictures.push(("probes, dark 1, white most", png(&picture, 0.0)));
     }
-    if let (Scene::Hit(s), Some(searches)) = (bench.scene(), &rendering.searches) {
-        let pixels = s.scene.rays.iter().map(|r| r.pixel);
-        let size = [s.scene.width, s.scene.height];
+    if let Some(searches) = &rendering.searches {
+        let job = bench.job();
         let numbers = searches.iterations.iter().map(|n| f64::from(*n));
-        pictures.push(("look-ups, dark 0, white most", png(&ramp(size, pixels.zip(numbers)), 0.0)));
+        let picture = ramp(job.size(), job.pixels().into_iter().zip(numbers));
+        pictures.push(("look-ups, dark 0, white most", png(&picture, 0.0)));
     }
     if let Some(used) = &rendering.texture_use {
         pictures.push(("levels of detail", png(&used.levels, 0.0)));
@@ -67,12 +65,12 @@ pub fn gather(
     let parts = attribution(bench, spec, settings, how)?;
     let mut wanted: Vec<[u32; 2]> = pixels.to_vec();
     if wanted.is_empty() {
-        wanted = vec![worst, longest(bench, settings, how).unwrap_or(worst)];
+        wanted = vec![worst, longest(bench, settings, how)?.unwrap_or(worst)];
         wanted.dedup();
     }
     let views: Vec<Value> = wanted
         .iter()
-        .filter_map(|pixel| view(bench.scene(), spec, settings, *pixel).transpose())
+        .filter_map(|pixel| view(bench.job(), spec, settings, *pixel).transpose())
         .collect::<Result<_, _>>()?;
     let pictures: Vec<Value> = pictures
         .into_iter()
@@ -91,72 +89,45 @@ fn png(picture: &Picture, exposure: f64) -> Vec<u8> {
     out
 }
 
-/// Numbers from dark to white by their share of the largest.
-fn ramp(size: [usize; 2], numbers: impl Iterator<Item = ([u32; 2], f64)>) -> Picture {
-    let numbers: Vec<([u32; 2], f64)> = numbers.collect();
-    let most = numbers.iter().fold(1.0f64, |most, (_, n)| most.max(*n));
-    let mut picture = Picture::new(size[0], size[1]);
-    picture.rgb.fill([0.1; 3]);
-    for ([x, y], n) in numbers {
-        let at = num::usize(y) * size[0] + num::usize(x);
-        if picture.covered[at] {
-            continue;
-        }
-        picture.covered[at] = true;
-        let colour = colour_of_steps(libm::exp2(16.0 * n / most - 8.0));
-        picture.rgb[at] = colour.map(|c| srgb_decode(f64::from(c) / 255.0));
-    }
-    picture
-}
-
 /// Probes of each pixel's first request.
-fn counts(bench: &Bench) -> Option<Picture> {
-    let (pixels, size): (Vec<[u32; 2]>, _) = match bench.scene() {
-        Scene::Env(s) => {
-            (s.scene.fragments.iter().map(|f| f.pixel).collect(), [s.scene.width, s.scene.height])
-        }
-        Scene::Hit(s) => {
-            (s.scene.rays.iter().map(|r| r.pixel).collect(), [s.scene.width, s.scene.height])
-        }
-        Scene::Tex(_) => return None,
-    };
-    let mut probes = Vec::new();
+fn counts(bench: &Sweep) -> Option<Picture> {
+    let (pixels, mut probes) = (bench.job().pixels(), Vec::new());
     bench.lines(&mut |line| probes.push(line.probes as f64));
-    Some(ramp(size, pixels.into_iter().zip(probes)))
+    (!pixels.is_empty()).then(|| ramp(bench.job().size(), pixels.into_iter().zip(probes)))
 }
 
 /// The pixel with the longest probe line of several probes.
-fn longest(bench: &mut Bench, settings: &Settings, how: &Measuring) -> Option<[u32; 2]> {
-    let lines = bench.reference_lines(settings, &how.truth).to_vec();
+fn longest(
+    bench: &mut Sweep,
+    settings: &Settings,
+    how: &Measuring,
+) -> Result<Option<[u32; 2]>, InputError> {
+    let lines = bench.reference_lines(settings, &how.truth)?.to_vec();
     let best = lines.iter().enumerate().filter(|(_, l)| (4..=12).contains(&l.probes));
-    let (index, _) = best.max_by(|a, b| {
+    let most = best.max_by(|a, b| {
         (a.1.texels[0] / a.1.texels[1].max(1.0))
             .total_cmp(&(b.1.texels[0] / b.1.texels[1].max(1.0)))
-    })?;
-    match bench.scene() {
-        Scene::Env(s) => s.scene.fragments.get(index).map(|f| f.pixel),
-        Scene::Hit(s) => s.scene.rays.get(index).map(|r| r.pixel),
-        Scene::Tex(_) => None,
-    }
+    });
+    Ok(most.and_then(|(index, _)| bench.job().pixels().get(index).copied()))
 }
 
 /// What longer words of one stage alone would buy, and larger tables: PSNR against f64.
 fn attribution(
-    bench: &mut Bench,
+    bench: &mut Sweep,
     spec: &UnitSpec,
     settings: &Settings,
     how: &Measuring,
 ) -> Result<Vec<Value>, InputError> {
     let mut out = Vec::new();
-    let mut add = |part: &str, spec: &UnitSpec, bench: &mut Bench| -> Result<(), InputError> {
-        let (rendering, ..) = bench.render(spec, settings, true)?;
-        let reference = bench.reference_picture(Rung::F64, settings, &how.truth);
+    let mut add = |part: &str, spec: &UnitSpec, bench: &mut Sweep| -> Result<(), InputError> {
+        let (rendering, ..) = bench.render(spec, true)?;
+        let reference = bench.reference_picture(EngineKind::F64, settings, &how.truth)?;
         let pair = metrics::compare(&rendering.picture, reference, how.exposure)?;
         out.push(json!({"part": part, "psnr_db": pair.psnr_db, "mean_lsb8": pair.mean_lsb8}));
         Ok(())
     };
     add("the unit", spec, bench)?;
-    let stages = how.cost.sheet(&spec.config, bench.scene().operation()).stages;
+    let stages = how.cost.sheet(&spec.config, bench.job().operation()).stages;
     for (stage, _) in stages {
         let mut longer = spec.clone();
         for reg in Reg::ALL.iter().filter(|reg| reg.info().stage == stage) {

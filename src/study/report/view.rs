@@ -2,14 +2,13 @@
 
 use crate::base::num;
 use crate::cube::CubeMap;
+use crate::engine::Job;
+use crate::engine::job::Compile as _;
 use crate::engine::probe::{FloatProbe, RtlProbe, rtl};
-use crate::engine::rtl::RtlEngine;
-use crate::engine::tex_subject::TexEngine;
 use crate::error::InputError;
 use crate::reference::{Env, PlanarTexture, Prepared, env, tex::tex};
 use crate::settings::Settings;
 use crate::srgb::srgb_encode;
-use crate::study::bench::Scene;
 use crate::unit::UnitSpec;
 use rtl_model::regs::Reg;
 use serde_json::{Value, json};
@@ -35,42 +34,41 @@ struct Request<'a> {
 
 /// The footprint view of a pixel's first request; none where the pixel shows no fragment.
 pub(super) fn view(
-    scene: &Scene,
+    job: &Job,
     spec: &UnitSpec,
     settings: &Settings,
     pixel: [u32; 2],
 ) -> Result<Option<Value>, InputError> {
     let prepared = Prepared::new(settings);
     let (mut mine, mut theirs) = (RtlProbe::default(), FloatProbe::default());
-    let request = match scene {
-        Scene::Env(s) => {
+    let request = match job {
+        Job::Env(s) => {
             let Some(fragment) = s.scene.fragments.iter().find(|f| f.pixel == pixel) else {
                 return Ok(None);
             };
-            let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
+            let engine = s.rtl(spec)?;
             let texture = engine.memory.texture.as_ref();
             rtl(&engine.unit, &engine.config, &fragment.fragment, texture, &mut mine);
             let found = env(&prepared, &fragment.fragment, s.map.size(), None, &mut theirs);
             Request::on_cube(mine, theirs, &s.map, &found)
         }
-        Scene::Hit(s) => {
+        Job::Hit(s) => {
             let Some(ray) = s.scene.rays.iter().find(|r| r.pixel == pixel) else {
                 return Ok(None);
             };
-            let engine =
-                crate::engine::hit::HitRtl::new(spec, &s.distance, Some(&s.map), s.map.size())?;
+            let engine = s.rtl(spec)?;
             engine.trace(&ray.fragment, &mut mine);
             let Some(found) = s.reference(settings).trace(&ray.fragment, &mut theirs).env else {
                 return Ok(None);
             };
             Request::on_cube(mine, theirs, &s.map, &found)
         }
-        Scene::Tex(s) => {
-            let engine = TexEngine::new(spec, s)?;
+        Job::Tex(s) => {
+            let engine = s.rtl(spec)?;
             let [column, row] = pixel.map(num::usize);
             let mut first = None;
             if row < s.scene.height {
-                s.each_look(&engine, settings, row, &mut |x, look, words, width| {
+                s.each_look(&engine, row, &mut |x, look, words, width| {
                     if x == column && first.is_none() {
                         first = Some((*look, *words, width));
                     }

@@ -9,6 +9,7 @@
 mod ranges;
 mod words;
 
+use crate::engine::{EngineKind, Job};
 use crate::error::InputError;
 use crate::report::metrics::{self, Pair};
 use crate::settings::Settings;
@@ -16,8 +17,8 @@ use crate::truth::TruthOptions;
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec, check};
 
-use super::bench::{Bench, Scene};
 use super::cost::CostModel;
+use super::sweep::Sweep;
 pub use ranges::{Range, Ranges};
 pub use words::Word;
 
@@ -111,7 +112,7 @@ pub struct SizeOptions {
 
 /// The search.
 struct Search<'a> {
-    bench: Bench,
+    bench: Sweep,
     options: &'a SizeOptions,
     trials: u64,
 }
@@ -126,9 +127,9 @@ impl Search<'_> {
         check(spec)?;
         let settings = self.settings(spec);
         self.trials += 1;
-        let (rendering, ..) = self.bench.render(spec, &settings, true)?;
+        let (rendering, ..) = self.bench.render(spec, true)?;
         let truth = TruthOptions::default();
-        let reference = self.bench.reference_picture(crate::engine::Rung::F64, &settings, &truth);
+        let reference = self.bench.reference_picture(EngineKind::F64, &settings, &truth)?;
         metrics::compare(&rendering.picture, reference, self.options.exposure)
     }
 
@@ -140,7 +141,7 @@ impl Search<'_> {
 
     fn gates(&self, spec: &UnitSpec) -> f64 {
         let cost = &self.options.cost;
-        cost.sheet(&spec.config, self.bench.scene().operation()).total().gates(&cost.cells)
+        cost.sheet(&spec.config, self.bench.job().operation()).total().gates(&cost.cells)
     }
 
     /// A unit that keeps the bound: the given one, or one with larger tables and longer words; else the best that was
@@ -295,19 +296,18 @@ fn trim(spec: &mut UnitSpec, ranges: &Ranges) -> Vec<(String, u32, u32)> {
 /// # Errors
 /// The given unit is refused.
 pub fn size(
-    scene: Scene,
+    job: Job,
     base: &UnitSpec,
     options: &SizeOptions,
-) -> Result<(Outcome, Bench), InputError> {
-    let mut search = Search { bench: Bench::new(scene), options, trials: 0 };
+) -> Result<(Outcome, Sweep), InputError> {
+    let mut search = Search { bench: Sweep::new(job), options, trials: 0 };
     let before = search.pair(base)?;
     let mut spec = match search.begin(base)? {
         Ok(spec) => spec,
         Err(best) => return Ok((Outcome::Beyond(Box::new(best)), search.bench)),
     };
     let untrimmed = spec.clone();
-    let settings = search.settings(&spec);
-    let ranges = Ranges::of(search.bench.scene(), &spec, &settings)?;
+    let ranges = Ranges::of(search.bench.job(), &spec)?;
     let mut trimmed = trim(&mut spec, &ranges);
     if search.keeps(&spec).is_none() {
         // Only a limit that did matter could do that.

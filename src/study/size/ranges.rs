@@ -4,15 +4,12 @@ use rayon::prelude::*;
 use rtl_model::regs::{Kind, Reg};
 
 use crate::base::num;
-use crate::cube::CubeMap;
+use crate::engine::Job;
 use crate::engine::hit::HitRtl;
+use crate::engine::job::Compile as _;
 use crate::engine::probe::{RtlProbe, rtl};
-use crate::engine::rtl::RtlEngine;
-use crate::engine::tex_subject::TexEngine;
 use crate::error::InputError;
 use crate::policy::HitStatus;
-use crate::settings::Settings;
-use crate::study::bench::Scene;
 use crate::unit::UnitSpec;
 
 /// The codes of a register.
@@ -93,36 +90,28 @@ impl Ranges {
         self.searches &= result.status != HitStatus::MaxIterations;
     }
 
-    /// Traces every request of a scene.
+    /// Traces every request of a job.
     ///
     /// # Errors
     /// The unit is refused.
-    pub fn of(scene: &Scene, spec: &UnitSpec, settings: &Settings) -> Result<Self, InputError> {
-        let mut ranges = Self::traced(scene, spec, settings)?;
+    pub fn of(job: &Job, spec: &UnitSpec) -> Result<Self, InputError> {
+        let mut ranges = Self::traced(job, spec)?;
         let brightest = |texels: &[[f32; 3]]| {
             let most = texels.iter().flatten().fold(0.0f32, |most, c| most.max(*c));
             // 2^n itself needs a bit more than what is below it.
             (0..17).find(|n| f64::from(most) < libm::exp2(f64::from(*n)))
         };
-        let cube = |map: &CubeMap| brightest(&map.levels[0].texels);
-        let bits: Vec<Option<u32>> = match scene {
-            Scene::Env(s) => vec![cube(&s.map)],
-            Scene::Hit(s) => vec![cube(&s.map)],
-            Scene::Tex(s) => {
-                let textures = s.scene.textures.iter();
-                let flat = textures.map(|t| brightest(&t.levels[0].texels));
-                flat.chain([cube(&s.sky)]).collect()
-            }
-        };
-        let most = bits.into_iter().map(|b| b.unwrap_or(17)).max();
+        let flat = job.textures().iter().map(|t| brightest(&t.levels[0].texels));
+        let bits = flat.chain([brightest(&job.map().levels[0].texels)]);
+        let most = bits.map(|b| b.unwrap_or(17)).max();
         ranges.texel_int = most.unwrap_or(17).max(1);
         Ok(ranges)
     }
 
-    fn traced(scene: &Scene, spec: &UnitSpec, settings: &Settings) -> Result<Self, InputError> {
-        Ok(match scene {
-            Scene::Env(s) => {
-                let engine = RtlEngine::new(spec, s.needs(), &s.map)?;
+    fn traced(job: &Job, spec: &UnitSpec) -> Result<Self, InputError> {
+        Ok(match job {
+            Job::Env(s) => {
+                let engine = s.rtl(spec)?;
                 over(&s.scene.fragments, |ranges, fragment, probe| {
                     let (unit, config) = (&engine.unit, &engine.config);
                     let texture = engine.memory.texture.as_ref();
@@ -130,15 +119,15 @@ impl Ranges {
                     ranges.add(probe, num::u32(found.probes));
                 })
             }
-            Scene::Hit(s) => {
-                let engine = HitRtl::new(spec, &s.distance, Some(&s.map), s.map.size())?;
+            Job::Hit(s) => {
+                let engine = s.rtl(spec)?;
                 over(&s.scene.rays, |ranges, ray, probe| ranges.ray(&engine, &ray.fragment, probe))
             }
-            Scene::Tex(s) => {
-                let engine = TexEngine::new(spec, s)?;
+            Job::Tex(s) => {
+                let engine = s.rtl(spec)?;
                 let rows: Vec<usize> = (0..s.scene.height).collect();
                 let mut ranges = over(&rows, |ranges, row, probe| {
-                    s.trace_row(&engine, settings, *row, probe, &mut |traced, probes| {
+                    s.trace_row(&engine, *row, probe, &mut |traced, probes| {
                         ranges.add(traced, probes)
                     });
                 });

@@ -5,10 +5,10 @@ use super::cases::{Cases, Operand as _, ports};
 use super::{Bounded, Checker, StageChecks};
 use crate::base::num;
 use crate::engine::Progress;
+use crate::engine::TexJob;
 use crate::engine::cones::{Asked, Cones, FloatCones, walk};
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::tex::{encode, step_words};
-use crate::engine::tex_subject::TexSubject;
 use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
@@ -185,7 +185,7 @@ pub fn check_requests(
 pub fn check_tex(
     gpu: &Gpu,
     settings: &Settings,
-    subject: &TexSubject,
+    subject: &TexJob,
     progress: Progress<'_>,
 ) -> Result<StageChecks, GpuError> {
     let scene = &subject.scene;

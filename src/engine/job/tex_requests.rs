@@ -7,11 +7,11 @@ use rtl_model::fx::Flags;
 use rtl_model::regs::Event as RtlEvent;
 use rtl_model::unit::TexWords;
 
-use super::cones::{Asked, FloatCones, RtlCones, walk};
-use super::probe::RtlProbe;
-use super::tex::{value, words};
-use super::tex_subject::{TexEngine, TexSubject};
+use super::tex::{TexEngine, TexJob};
 use crate::base::num;
+use crate::engine::cones::{Asked, FloatCones, RtlCones, walk};
+use crate::engine::probe::RtlProbe;
+use crate::engine::tex::{value, words};
 use crate::fragment::{HitFragment, TexFragment};
 use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Look, Path};
@@ -20,19 +20,19 @@ use crate::settings::Settings;
 /// One request of a row: its pixel's column, its weight, and the texture asked.
 #[derive(Debug)]
 pub(crate) struct Request<A> {
-    pub(super) column: usize,
-    pub(super) weight: f64,
-    pub(super) asked: A,
+    pub(in crate::engine) column: usize,
+    pub(in crate::engine) weight: f64,
+    pub(in crate::engine) asked: A,
 }
 
 /// A bare cone in a direction: a ray without walls.
-pub(super) fn bare(direction: [f64; 3], angle: f64) -> HitFragment {
+pub(in crate::engine) fn bare(direction: [f64; 3], angle: f64) -> HitFragment {
     HitFragment { x: [0.0; 3], r: direction, cone: Some([angle, 0.0]) }
 }
 
-impl TexSubject {
+impl TexJob {
     /// A row's requests with the integer model's cones.
-    pub(super) fn ask_rtl(&self, engine: &TexEngine, settings: &Settings, y: usize) -> AskedRtl {
+    pub(in crate::engine) fn ask_rtl(&self, engine: &TexEngine, y: usize) -> AskedRtl {
         let mut out = AskedRtl {
             looks: self.scene.textures.iter().map(|_| Vec::new()).collect(),
             sky: Vec::new(),
@@ -49,18 +49,24 @@ impl TexSubject {
             out.paths += before.elapsed().as_secs_f64();
             cones.ray(number);
             let lens = self.scene.camera.lens;
-            walk(&mut cones, &settings.policy.cone, lens, path, &mut |asked, cone| match asked {
-                Asked::Look(look) => out.looks[look.texture].push(Request {
-                    column,
-                    weight: look.weight / f64::from(self.scene.samples),
-                    asked: words(&look.fragment, cone),
-                }),
-                Asked::Sky(direction, weight) => out.sky.push(Request {
-                    column,
-                    weight: weight / f64::from(self.scene.samples),
-                    asked: bare(direction, value(cfg.angle(cone.angle))),
-                }),
-            });
+            walk(
+                &mut cones,
+                &first.config.policy.cone,
+                lens,
+                path,
+                &mut |asked, cone| match asked {
+                    Asked::Look(look) => out.looks[look.texture].push(Request {
+                        column,
+                        weight: look.weight / f64::from(self.scene.samples),
+                        asked: words(&look.fragment, cone),
+                    }),
+                    Asked::Sky(direction, weight) => out.sky.push(Request {
+                        column,
+                        weight: weight / f64::from(self.scene.samples),
+                        asked: bare(direction, value(cfg.angle(cone.angle))),
+                    }),
+                },
+            );
             let flags = std::mem::take(&mut cones.flags);
             if flags != Flags::default() {
                 for event in RtlEvent::ALL.iter().filter(|e| flags.has_event(**e)) {
@@ -73,7 +79,7 @@ impl TexSubject {
     }
 
     /// The float reference's requests of a row: texture requests with their widths, and bare cones.
-    pub(super) fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
+    pub(in crate::engine) fn ask_f64(&self, settings: &Settings, y: usize) -> AskedF64 {
         let mut out = AskedF64 { looks: Vec::new(), sky: Vec::new(), paths: 0.0 };
         let scene = &self.scene;
         let mut cones = FloatCones::new(
@@ -108,12 +114,11 @@ impl TexSubject {
     pub fn trace_row(
         &self,
         engine: &TexEngine,
-        settings: &Settings,
         y: usize,
         probe: &mut RtlProbe,
         each: &mut dyn FnMut(&RtlProbe, u32),
     ) {
-        let asked = self.ask_rtl(engine, settings, y);
+        let asked = self.ask_rtl(engine, y);
         for (unit, looks) in engine.textures.iter().zip(&asked.looks) {
             for request in looks {
                 probe.clear();
@@ -132,7 +137,6 @@ impl TexSubject {
     pub fn each_look(
         &self,
         engine: &TexEngine,
-        settings: &Settings,
         y: usize,
         each: &mut dyn FnMut(usize, &Look, &TexWords, f64),
     ) {
@@ -147,7 +151,7 @@ impl TexSubject {
             self.scene.path(at, [0, self.scene.samples], &mut path);
             cones.ray(num::u64((y * self.scene.width + column) * self.scene.samples as usize));
             let lens = self.scene.camera.lens;
-            walk(&mut cones, &settings.policy.cone, lens, &path, &mut |asked, cone| {
+            walk(&mut cones, &first.config.policy.cone, lens, &path, &mut |asked, cone| {
                 if let Asked::Look(look) = asked {
                     let width = value(cfg.width(cone.width));
                     each(column, look, &words(&look.fragment, cone), width);
@@ -158,22 +162,22 @@ impl TexSubject {
 }
 
 #[derive(Debug)]
-pub(super) struct AskedRtl {
+pub(in crate::engine) struct AskedRtl {
     /// By texture.
-    pub(super) looks: Vec<Vec<Request<TexWords>>>,
-    pub(super) sky: Vec<Request<HitFragment>>,
+    pub(in crate::engine) looks: Vec<Vec<Request<TexWords>>>,
+    pub(in crate::engine) sky: Vec<Request<HitFragment>>,
     /// Paths whose cones reported each event.
-    pub(super) flags: BTreeMap<String, u64>,
+    pub(in crate::engine) flags: BTreeMap<String, u64>,
     /// Seconds that the paths took.
-    pub(super) paths: f64,
+    pub(in crate::engine) paths: f64,
 }
 
-pub(super) struct AskedF64 {
+pub(in crate::engine) struct AskedF64 {
     /// Texture, request, width.
-    pub(super) looks: Vec<Request<(usize, TexFragment, f64)>>,
-    pub(super) sky: Vec<Request<HitFragment>>,
+    pub(in crate::engine) looks: Vec<Request<(usize, TexFragment, f64)>>,
+    pub(in crate::engine) sky: Vec<Request<HitFragment>>,
     /// Seconds that the paths took.
-    pub(super) paths: f64,
+    pub(in crate::engine) paths: f64,
 }
 
 /// The paths of a row: column, number of the path in the picture, path.

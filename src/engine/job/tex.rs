@@ -1,44 +1,46 @@
 //! A scene of the TEX operation as every engine renders it.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use rtl_model::unit::{HitWords, TexWords};
 
-use super::dispatch::Source;
-use super::gpu::Reports;
-use super::gpu::tex::{AskedGpu, GpuTex};
-use super::hit::{self, HitF64, HitRtl};
-use super::probe::{FloatProbe, RtlProbe};
-use super::registers::RegisterErrors;
-use super::reuse::lines::{Line, TexLine};
-use super::reuse::tex::{First, KeptBlocks, KeptRow};
-use super::tex::TexRtl;
+use super::Model;
 use super::tex_requests::{AskedRtl, scene_row};
 use super::tex_row::Row;
-use super::tiles::Tiles;
-use super::{Progress, Rendering, TextureUse};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
+use crate::engine::dispatch::Source;
+use crate::engine::float::{EwaEngine, F64Engine, TruthEngine};
+use crate::engine::hit::{self, HitF64, HitRtl};
+use crate::engine::probe::RtlProbe;
+use crate::engine::registers::{RegisterErrors, Sides};
+use crate::engine::reuse::lines::Line;
+use crate::engine::reuse::tex::{First, KeptBlocks, KeptRow};
+use crate::engine::tex::TexRtl;
+use crate::engine::tiles::Tiles;
+use crate::engine::{Engine, Progress, Rendering, TextureUse, texels_read};
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::gpu::GpuError;
 use crate::picture::Picture;
 use crate::reference::tex::{point, tex};
-use crate::reference::{NoTap, PlanarTexture, Prepared, ewa_planar};
+use crate::reference::{NoTap, PlanarTexture, Prepared, Texture, ewa_counted, ewa_planar};
 use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Event, Path};
 use crate::settings::Settings;
 use crate::truth::texels::PaddedCube;
-use crate::truth::{TruthOptions, supersample, turned};
+use crate::truth::{supersample, turned};
 use crate::unit::UnitSpec;
+
+/// A probe line that is kept, with the index of its texture.
+type Kept = (usize, Line);
 
 /// A scene with its environment.
 #[derive(Clone, Debug)]
-pub struct TexSubject {
+pub struct TexJob {
     /// Surfaces, camera, textures.
     pub scene: TexScene,
     /// The light that paths see when they leave the scene.
@@ -58,7 +60,7 @@ pub struct TexEngine {
 
 impl TexEngine {
     /// Compiles the units and encodes textures and environment.
-    pub fn new(spec: &UnitSpec, subject: &TexSubject) -> Result<Self, InputError> {
+    pub fn new(spec: &UnitSpec, subject: &TexJob) -> Result<Self, InputError> {
         let textures = subject.scene.textures.iter();
         Ok(Self {
             textures: textures.map(|map| TexRtl::new(spec, map)).collect::<Result<_, _>>()?,
@@ -67,8 +69,8 @@ impl TexEngine {
     }
 }
 
-impl TexSubject {
-    /// A subject; its paths are traced once to count their requests.
+impl TexJob {
+    /// A job; its paths are traced once to count their requests.
     #[must_use]
     pub fn new(scene: TexScene, sky: CubeMap) -> Self {
         let requests = (0..scene.height)
@@ -85,31 +87,26 @@ impl TexSubject {
         Self { scene, sky, requests }
     }
 
-    /// Pixels, all of which show something.
-    #[must_use]
-    pub fn pixels(&self) -> Vec<[u32; 2]> {
-        let whole = |n: usize| num::u32(n);
-        (0..self.scene.height)
-            .flat_map(|y| (0..self.scene.width).map(move |x| [whole(x), whole(y)]))
-            .collect()
-    }
-
-    /// Rows in parallel, put together in order.
-    fn rows(&self, progress: Progress<'_>, row: impl Fn(usize) -> Row + Sync) -> Rendering {
+    /// Rows in parallel, put together in order; and what else each of them yields.
+    fn rows<T: Send>(
+        &self,
+        progress: Progress<'_>,
+        row: impl Fn(usize) -> (Row, T) + Sync,
+    ) -> (Rendering, Vec<T>) {
         let start = Instant::now();
-        let rows: Vec<Row> = (0..self.scene.height)
+        let (rows, others): (Vec<Row>, Vec<T>) = (0..self.scene.height)
             .into_par_iter()
             .map(|y| {
                 let out = row(y);
                 progress(num::u64(self.scene.width));
                 out
             })
-            .collect();
-        self.put_together(rows, start.elapsed().as_secs_f64())
+            .unzip();
+        (self.put_together(rows, start.elapsed().as_secs_f64()), others)
     }
 
     /// A picture of rows, in order, that took `wall` seconds.
-    fn put_together(&self, rows: Vec<Row>, wall: f64) -> Rendering {
+    pub(in crate::engine) fn put_together(&self, rows: Vec<Row>, wall: f64) -> Rendering {
         let (width, height) = (self.scene.width, self.scene.height);
         let mut picture = Picture::new(width, height);
         let mut levels = Picture::new(width, height);
@@ -147,32 +144,13 @@ impl TexSubject {
             probes,
             texels,
             flags,
-            standard_error: None,
-            searches: None,
             texture_use: Some(TextureUse { levels, tiles }),
-            beyond_f32: None,
+            ..Rendering::default()
         }
     }
 
-    /// By the integer model.
-    #[must_use]
-    pub fn rtl(
-        &self,
-        engine: &TexEngine,
-        settings: &Settings,
-        progress: Progress<'_>,
-    ) -> Rendering {
-        self.rows(progress, |y| {
-            let begin = Instant::now();
-            let asked = self.ask_rtl(engine, settings, y);
-            let mut row = self.row_by_rtl(engine, &asked, None);
-            row.seconds = [asked.paths, begin.elapsed().as_secs_f64() - asked.paths];
-            row
-        })
-    }
-
     /// By the integer model, from kept rows.
-    pub(super) fn rtl_again(
+    pub(in crate::engine) fn rtl_again(
         &self,
         engine: &TexEngine,
         rows: &mut [KeptRow],
@@ -241,40 +219,40 @@ impl TexSubject {
         textures.map(|map| PlanarTexture::new(map, settings.policy.address.wrap())).collect()
     }
 
-    /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes.
+    /// By the float reference; `gaussian` takes the elliptical Gaussian of its covariances instead of probes. `each`
+    /// may keep the texture and the probe line of a request among those of its row.
     fn float(
         &self,
         settings: &Settings,
         gaussian: bool,
         progress: Progress<'_>,
-        keep: &(dyn Fn(usize, Vec<TexLine>) + Sync),
-    ) -> Rendering {
+        each: &(dyn Fn(&mut Vec<Kept>, Kept) + Sync),
+    ) -> (Rendering, Vec<Vec<Kept>>) {
         let prepared = Prepared::new(settings);
         let textures = self.planar(settings);
         let nowhere = Distance::nothing();
         let sky = HitF64::new(settings, &nowhere, Some(&self.sky), self.sky.size());
-        let cube = crate::reference::Texture::new(&self.sky);
+        let cube = Texture::new(&self.sky);
         self.rows(progress, |y| {
             let mut row = Row::new(self.scene.width);
             let begin = Instant::now();
             let asked = self.ask_f64(settings, y);
             row.seconds[0] = asked.paths;
-            let mut lines = Vec::with_capacity(asked.looks.len());
+            let mut lines = Vec::new();
             for request in &asked.looks {
                 let (index, fragment, width) = &request.asked;
                 let texture = &textures[*index];
                 let size = texture.level_size(0);
                 let read = (!gaussian).then_some(texture);
                 let found = tex(&prepared, *width, fragment, size, read, &mut NoTap);
-                lines.push(TexLine { texture: *index, line: Line::of_tex(&found), width: *width });
+                each(&mut lines, (*index, Line::of_tex(&found, *width)));
                 let colour = if gaussian {
                     let (colour, points) = ewa_planar(&found, texture);
                     row.texels += points;
                     row.probes += 1;
                     colour
                 } else {
-                    let levels = if found.lod.fract() == 0.0 { 1 } else { 2 };
-                    row.texels += 4 * levels * u64::from(found.probes);
+                    row.texels += texels_read(found.lod, found.probes);
                     row.probes += u64::from(found.probes);
                     found.color
                 };
@@ -288,7 +266,7 @@ impl TexSubject {
             if gaussian {
                 for (request, ray) in asked.sky.iter().zip(&rays) {
                     if let Some(env) = sky.trace(ray, &mut NoTap).env {
-                        let found = crate::reference::ewa_counted(&env, &cube);
+                        let found = ewa_counted(&env, &cube);
                         row.add(request.column, request.weight, found.color);
                         row.texels += found.points;
                         row.probes += 1;
@@ -298,136 +276,106 @@ impl TexSubject {
                 row.sky(&asked.sky, sky.filter(&rays, &|_| {}));
             }
             row.seconds[1] = begin.elapsed().as_secs_f64() - row.seconds[0];
-            keep(y, lines);
-            row
+            (row, lines)
         })
     }
 
-    /// By the kernels of a device: blocks of rows, whose paths the host traces.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
-    pub fn gpu(&self, engine: &GpuTex<'_>, progress: Progress<'_>) -> Result<Rendering, GpuError> {
-        let (width, height) = (self.scene.width, self.scene.height);
-        let block = engine.rows_of_a_block(self.requests, height);
-        let mut rows: Vec<Row> = Vec::with_capacity(height);
-        let mut reports = Reports::default();
-        let mut seconds = 0.0;
-        for first in (0..height).step_by(block) {
-            let last = (first + block).min(height);
-            let asked: Vec<AskedGpu> =
-                (first..last).into_par_iter().map(|y| self.ask_gpu(engine.wrap, y)).collect();
-            let begin = Instant::now();
-            rows.extend((first..last).map(|_| Row::new(width)));
-            engine.filter(&asked, &mut |y, request, found| {
-                let row = &mut rows[first + y];
-                row.add(request.column, request.weight, found.color);
-                if request.asked.texture.is_some() {
-                    row.level(request.column, request.weight, found.lod);
-                }
-                row.probes += u64::from(found.probes);
-                row.texels += found.texels();
-                let pixel = [request.column, first + y].map(num::u32);
-                reports.add(found.flags, pixel);
-            })?;
-            seconds += begin.elapsed().as_secs_f64();
-            progress(num::u64((last - first) * width));
-        }
-        let mut out = self.put_together(rows, 0.0);
-        out.seconds = seconds;
-        out.flags = reports.flags;
-        out.beyond_f32 = reports.beyond_f32;
-        Ok(out)
-    }
-
-    /// By the float reference.
-    #[must_use]
-    pub fn f64(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, false, progress, &|_, _| {})
-    }
-
-    /// By the float reference, with the probe line of every texture request: row by row, and in a row texture by
+    /// By the float reference, with the probe line of every request to a texture: row by row, and in a row texture by
     /// texture, as kept results have them.
-    #[must_use]
-    pub fn f64_lines(&self, settings: &Settings) -> (Rendering, Vec<TexLine>) {
-        let rows = Mutex::new(vec![Vec::new(); self.scene.height]);
-        let rendering = self.float(settings, false, &|_| {}, &|y, mut lines| {
-            lines.sort_by_key(|line| line.texture);
-            rows.lock().unwrap_or_else(PoisonError::into_inner)[y] = lines;
+    pub(super) fn lines(&self, settings: &Settings) -> (Rendering, Vec<Line>) {
+        let (rendering, mut rows) = self.float(settings, false, &|_| {}, &Vec::push);
+        rows.iter_mut().for_each(|lines| lines.sort_by_key(|(texture, _)| *texture));
+        (rendering, rows.into_iter().flatten().map(|(_, line)| line).collect())
+    }
+}
+
+impl Engine<TexJob> for TexEngine {
+    fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        let (rendering, _) = job.rows(progress, |y| {
+            let begin = Instant::now();
+            let asked = job.ask_rtl(self, y);
+            let mut row = job.row_by_rtl(self, &asked, None);
+            row.seconds = [asked.paths, begin.elapsed().as_secs_f64() - asked.paths];
+            (row, ())
         });
-        let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-        (rendering, rows.concat())
+        Ok(rendering)
     }
+}
 
-    /// By the elliptical Gaussian of the float reference's covariances.
-    #[must_use]
-    pub fn ewa(&self, settings: &Settings, progress: Progress<'_>) -> Rendering {
-        self.float(settings, true, progress, &|_, _| {})
+impl Engine<TexJob> for F64Engine {
+    fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        Ok(job.float(&self.settings, false, progress, &|_, _| {}).0)
     }
+}
 
-    /// By real paths through the whole pixel (and lens), into level 0.
-    #[must_use]
-    pub fn truth(
-        &self,
-        settings: &Settings,
-        options: &TruthOptions,
-        progress: Progress<'_>,
-    ) -> Rendering {
+/// The Gaussian of the float reference's covariances.
+impl Engine<TexJob> for EwaEngine {
+    fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        Ok(job.float(&self.settings, true, progress, &|_, _| {}).0)
+    }
+}
+
+/// Real paths through the whole pixel (and lens), into level 0.
+impl Engine<TexJob> for TruthEngine {
+    fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let start = Instant::now();
-        let textures = self.planar(settings);
-        let cube = PaddedCube::new(&self.sky.levels[0]);
-        let wrap = settings.policy.address.wrap();
+        let textures = job.planar(&self.settings);
+        let cube = PaddedCube::new(&job.sky.levels[0]);
+        let wrap = self.settings.policy.address.wrap();
         let shade = |px: f64, py: f64| {
             let mut path = Path::default();
-            self.scene.path([px, py], [0, 1], &mut path);
+            job.scene.path([px, py], [0, 1], &mut path);
             let texture = |index: usize, st: [f64; 2]| point(&textures[index], st, wrap);
-            let sky = |d: [f64; 3]| cube.look_up(turned(settings, d.into()));
-            Some(self.scene.radiance(&path, &texture, &sky))
+            let sky = |d: [f64; 3]| cube.look_up(turned(&self.settings, d.into()));
+            Some(job.scene.radiance(&path, &texture, &sky))
         };
-        let size = [self.scene.width, self.scene.height];
-        let result = supersample(size, &self.pixels(), &shade, options, progress);
-        Rendering::by_rays(
-            result.picture,
-            start.elapsed().as_secs_f64(),
-            result.samples,
-            result.rms_standard_error,
-        )
+        let (width, height) = (job.scene.width, job.scene.height);
+        let pixels: Vec<[u32; 2]> =
+            (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(num::u32))).collect();
+        let result = supersample([width, height], &pixels, &shade, &self.options, progress);
+        Ok(Rendering::by_rays(start, result, &[]))
+    }
+}
+
+impl Model for (&TexJob, TexEngine) {
+    fn render(&self, progress: Progress<'_>) -> Result<Rendering, GpuError> {
+        self.1.render(self.0, progress)
     }
 
-    /// Compares every register of the first path of every pixel. The float reference starts from the width in the
-    /// integer model's cone, so that what differs is the stages behind `ray_cone`.
-    #[must_use]
-    pub fn registers(
-        &self,
-        engine: &TexEngine,
-        settings: &Settings,
-        progress: Progress<'_>,
-    ) -> RegisterErrors {
+    /// Of the first path of every pixel. The float reference starts from the width in the integer model's cone, so
+    /// that what differs is the stages behind `ray_cone`.
+    fn registers(&self, settings: &Settings, progress: Progress<'_>) -> RegisterErrors {
+        let (job, engine) = self;
         let prepared = Prepared::new(settings);
-        let textures = self.planar(settings);
-        let parts: Vec<RegisterErrors> = (0..self.scene.height)
-            .into_par_iter()
-            .map(|y| {
-                let mut errors = RegisterErrors::default();
-                let (mut mine, mut theirs) = (RtlProbe::default(), FloatProbe::default());
-                self.each_look(engine, settings, y, &mut |column, look, words, width| {
-                    mine.clear();
-                    theirs.clear();
-                    let unit = &engine.textures[look.texture];
-                    let (_, out) = unit.lanes::<1, _>(std::slice::from_ref(words), &mut mine);
-                    let texture = &textures[look.texture];
-                    let size = texture.level_size(0);
-                    let there =
-                        tex(&prepared, width, &look.fragment, size, Some(texture), &mut theirs);
-                    let same = out.probes[0] == i64::from(there.probes);
-                    let pixel = [column, y].map(num::u32);
-                    errors.add(&mine, &theirs, pixel, true, same);
-                });
-                progress(num::u64(self.scene.width));
-                errors
-            })
-            .collect();
-        parts.iter().fold(RegisterErrors::default(), RegisterErrors::merge)
+        let textures = job.planar(settings);
+        let each = |y: &usize, sides: &mut Sides| {
+            job.each_look(engine, *y, &mut |column, look, words, width| {
+                sides.clear();
+                let unit = &engine.textures[look.texture];
+                let (_, out) = unit.lanes::<1, _>(std::slice::from_ref(words), &mut sides.mine);
+                let texture = &textures[look.texture];
+                let size = texture.level_size(0);
+                let (texture, theirs) = (Some(texture), &mut sides.theirs);
+                let there = tex(&prepared, width, &look.fragment, size, texture, theirs);
+                let same = out.probes[0] == i64::from(there.probes);
+                sides.add([column, *y].map(num::u32), true, same);
+            });
+        };
+        let rows: Vec<usize> = (0..job.scene.height).collect();
+        let width = num::u64(job.scene.width);
+        RegisterErrors::of(&rows, 1, &|rows| progress(rows * width), each)
+    }
+
+    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) {
+        let (job, engine) = self;
+        let [column, row] = pixel.map(num::usize);
+        let mut done = false;
+        job.each_look(engine, row, &mut |x, look, words, _| {
+            if x == column && !done {
+                let words = std::slice::from_ref(words);
+                let _ = engine.textures[look.texture].lanes::<1, _>(words, probe);
+                done = true;
+            }
+        });
     }
 }

@@ -4,27 +4,27 @@ use std::collections::BTreeMap;
 
 use rtl_model::unit::{Operation as _, Results, TexBlock, TexWords};
 
-use super::dispatch::LANES;
-use super::hit::HitResult;
-use super::tex::TexRtl;
 use super::tex_requests::Request;
-use super::tiles::{Tiles, level_colour};
+use crate::engine::dispatch::LANES;
+use crate::engine::hit::HitResult;
+use crate::engine::tex::TexRtl;
+use crate::engine::tiles::{Tiles, level_colour};
 use crate::fragment::HitFragment;
 
 /// The results of a row's requests.
-pub(super) struct Row {
-    pub(super) rgb: Vec<[f64; 3]>,
-    pub(super) levels: Vec<[f64; 4]>,
-    pub(super) probes: u64,
-    pub(super) texels: u64,
-    pub(super) flags: BTreeMap<String, u64>,
-    pub(super) tiles: Vec<Tiles>,
+pub(in crate::engine) struct Row {
+    pub(in crate::engine) rgb: Vec<[f64; 3]>,
+    pub(in crate::engine) levels: Vec<[f64; 4]>,
+    pub(in crate::engine) probes: u64,
+    pub(in crate::engine) texels: u64,
+    pub(in crate::engine) flags: BTreeMap<String, u64>,
+    pub(in crate::engine) tiles: Vec<Tiles>,
     /// Seconds for paths, and for everything else.
-    pub(super) seconds: [f64; 2],
+    pub(in crate::engine) seconds: [f64; 2],
 }
 
 impl Row {
-    pub(super) fn new(width: usize) -> Self {
+    pub(in crate::engine) fn new(width: usize) -> Self {
         Self {
             rgb: vec![[0.0; 3]; width],
             levels: vec![[0.0; 4]; width],
@@ -36,21 +36,21 @@ impl Row {
         }
     }
 
-    pub(super) fn add(&mut self, column: usize, weight: f64, colour: [f64; 3]) {
+    pub(in crate::engine) fn add(&mut self, column: usize, weight: f64, colour: [f64; 3]) {
         for (sum, c) in self.rgb[column].iter_mut().zip(colour) {
             *sum += weight * c;
         }
     }
 
-    pub(super) fn level(&mut self, column: usize, weight: f64, lod: f64) {
+    pub(in crate::engine) fn level(&mut self, column: usize, weight: f64, lod: f64) {
         let [r, g, b] = level_colour(lod);
         for (sum, c) in self.levels[column].iter_mut().zip([r, g, b, 1.0]) {
             *sum += weight * c;
         }
     }
 
-    /// Adds the result of one lane for a request to a texture.
-    pub(super) fn look(
+    /// Adds what one lane found for a request to a texture.
+    pub(in crate::engine) fn look(
         &mut self,
         unit: &TexRtl,
         index: usize,
@@ -75,7 +75,7 @@ impl Row {
         }
     }
 
-    pub(super) fn sky(&mut self, asked: &[Request<HitFragment>], found: Vec<HitResult>) {
+    pub(in crate::engine) fn sky(&mut self, asked: &[Request<HitFragment>], found: Vec<HitResult>) {
         for (request, found) in asked.iter().zip(found) {
             self.add(request.column, request.weight, found.color);
             self.probes += u64::from(found.probes);
