@@ -6,7 +6,7 @@ use crate::error::InputError;
 const REMOVED: [(&[&str], &str); 4] = [
     (
         &["conform", "extremes"],
-        "run `tapline study` with extremes.toml and `tapline trace --input` with extremes.jsonl, see docs/studies/extremes.md",
+        "run `tapline study` with extremes.toml, and `tapline vectors gen`, see docs/studies/extremes.md",
     ),
     (&["impostor", "study"], "run `tapline study` with hit-search.toml, see docs/studies/hit.md"),
     (&["cones", "cube"], "docs/studies/cones.md has its formula and table"),
