@@ -6,7 +6,7 @@
 //! range, another rounding) are settled after the loop, from the values that the loop has stored.
 
 use crate::fx::{Flags, Quantizer, Rounding};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Register};
 use crate::stages::Lanes;
 use crate::tap::Tap;
 
@@ -113,7 +113,7 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     out: &mut Lanes<N, C>,
 ) {
     let max = q.format.max_raw();
-    let down = 63 - i64::from(q.format.magnitude_bits());
+    let down = 63 - q.bits();
     let low = (1i64 << (down - 1)) - 1;
     for (out, x) in out.iter_mut().zip(x) {
         for i in 0..n.min(N) {
@@ -178,26 +178,19 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     #[inline(always)]
     pub(crate) fn write(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         c: usize,
         x: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
         out: &mut [i64; N],
     ) {
-        self.code(q, reg, x, out);
-        self.put(reg, c, out, |i| i64::from(q.format.frac) - exponent(i));
+        self.code(q, x, out);
+        self.put(q, c, out, |i| q.frac() - exponent(i));
     }
 
     /// [`LaneSink::write`] without a word to the tap.
     #[inline(always)]
-    pub(crate) fn code(
-        &mut self,
-        q: &Quantizer,
-        reg: Reg,
-        x: impl Fn(usize) -> i64,
-        out: &mut [i64; N],
-    ) {
+    pub(crate) fn code(&mut self, q: &Register, x: impl Fn(usize) -> i64, out: &mut [i64; N]) {
         let r = q.lanes;
         let mut any = 0;
         for i in 0..self.n.min(N) {
@@ -206,7 +199,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
             out[i] = y;
         }
         if any & r.beyond != 0 {
-            settle(q, reg, &mut out[..self.n], self.flags);
+            settle(q, &mut out[..self.n], self.flags);
         }
     }
 
@@ -214,16 +207,15 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     #[inline(always)]
     pub(crate) fn shift(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         c: usize,
         shift: &Shift<N>,
         x: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
         out: &mut [i64; N],
     ) {
-        self.shift_code(q, reg, shift, i64::MAX, x, out);
-        self.put(reg, c, out, |i| i64::from(q.format.frac) - exponent(i));
+        self.shift_code(q, shift, i64::MAX, x, out);
+        self.put(q, c, out, |i| q.frac() - exponent(i));
     }
 
     /// [`LaneSink::shift`] without a word to the tap; codes of `most` and more in magnitude count as in
@@ -231,8 +223,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     #[inline(always)]
     pub(crate) fn shift_code(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         shift: &Shift<N>,
         most: i64,
         x: impl Fn(usize) -> i64,
@@ -253,7 +244,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
             exact[i] = x;
         }
         if any != 0 || !Quantizer::is_standard(q.format) {
-            settle_shift((q, reg, most), &exact, &shift.0, &mut out[..self.n], self.flags);
+            settle_shift((q, most), &exact, &shift.0, &mut out[..self.n], self.flags);
         }
     }
 
@@ -261,15 +252,14 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     #[inline(always)]
     pub(crate) fn block<const C: usize>(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         x: &Lanes<N, C>,
         frac: impl Fn(usize) -> i64,
         exponent: impl Fn(usize) -> i64,
         (out, out_frac): (&mut Lanes<N, C>, &mut [i64; N]),
     ) {
         let n = self.n;
-        let width = i64::from(q.format.magnitude_bits());
+        let width = q.bits();
         let zeros: [i64; N] = leading_zeros(n, x);
         fill(n, out_frac, |i| {
             let shift = 64 - zeros[i] - width;
@@ -277,7 +267,7 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
         });
         mantissas(n, q, x, |i| zeros[i] - 1, out);
         for (c, m) in out.iter().enumerate() {
-            self.put(reg, c, m, |i| out_frac[i] - exponent(i));
+            self.put(q, c, m, |i| out_frac[i] - exponent(i));
         }
     }
 
@@ -295,14 +285,14 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
     #[inline(always)]
     pub(crate) fn put(
         &mut self,
-        reg: Reg,
+        q: &Register,
         c: usize,
         codes: &[i64; N],
         frac: impl Fn(usize) -> i64,
     ) {
         if T::ACTIVE {
             for (i, code) in codes.iter().enumerate().take(self.flags.len()) {
-                self.tap.put(i, reg, c, *code, frac(i));
+                self.tap.put(i, q.reg, c, *code, frac(i));
             }
         }
     }
@@ -311,13 +301,13 @@ impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
 /// Limits rounded codes, or writes exact ones, and sets the flags of the lanes in use.
 #[cold]
 #[inline(never)]
-fn settle(q: &Quantizer, reg: Reg, codes: &mut [i64], flags: &mut [Flags]) {
+fn settle(q: &Register, codes: &mut [i64], flags: &mut [Flags]) {
     for (i, code) in codes.iter_mut().enumerate() {
         let (limited, over) =
             if q.lanes.passes_through() { q.write(*code) } else { q.limit(*code) };
         *code = limited;
         if let Some(flags) = flags.get_mut(i) {
-            flags.register(reg, over);
+            flags.register(q.reg, over);
         }
     }
 }
@@ -326,7 +316,7 @@ fn settle(q: &Quantizer, reg: Reg, codes: &mut [i64], flags: &mut [Flags]) {
 #[cold]
 #[inline(never)]
 fn settle_shift(
-    (q, reg, most): (&Quantizer, Reg, i64),
+    (q, most): (&Register, i64),
     exact: &[i64],
     shifts: &[i64],
     codes: &mut [i64],
@@ -336,7 +326,7 @@ fn settle_shift(
         let (limited, over) = q.write_shifted(*x, *shift);
         *code = limited;
         if let Some(flags) = flags.get_mut(i) {
-            flags.register(reg, over && limited.abs() < most);
+            flags.register(q.reg, over && limited.abs() < most);
         }
     }
 }

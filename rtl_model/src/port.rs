@@ -41,7 +41,7 @@ pub fn vector<const C: usize>(standard: bool, q: &Quantizer, words: [u64; C]) ->
             top = top.max(e + 63 - i64::from(m.unsigned_abs().leading_zeros()));
         }
     }
-    let width = i64::from(q.format.magnitude_bits());
+    let width = q.bits();
     if top == i64::MIN {
         return (Block { m: [0; C], frac: width - 1 }, finite);
     }
@@ -60,7 +60,7 @@ pub fn vector<const C: usize>(standard: bool, q: &Quantizer, words: [u64; C]) ->
 pub fn scalar(standard: bool, q: &Quantizer, word: u64, exponent: i64) -> (i64, bool, bool) {
     let (m, e, finite) = unpack(word);
     // Every shift beyond 62 leaves nothing of 53 bits but, for some roundings, a sign.
-    let shift = exponent - e - i64::from(q.format.frac);
+    let shift = exponent - e - q.frac();
     let shift = if standard { shift.min(62) } else { shift };
     let (code, over) = q.write_as(standard, m, shift);
     (code, over, finite)

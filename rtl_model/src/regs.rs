@@ -2,7 +2,10 @@
 
 use core::fmt;
 
-use crate::fx::Format;
+use core::ops::Deref;
+
+use crate::config::Config;
+use crate::fx::{Format, Quantizer};
 use crate::stage::Stage;
 
 /// What kind of number a register holds.
@@ -188,6 +191,31 @@ registers! {
     AddrS: Address."s"[4] Fixed signed 16 . 8, "texel coordinates (s, t) of a probe in its two levels";
     FilterBilinear: Filter."bilinear"[6] Fixed unsigned 17 . 40, "bilinear sums of a probe: RGB of its two levels";
     FilterColor: Filter."color"[3] Fixed unsigned 17 . 24, "filtered RGB";
+}
+
+/// A register of a compiled unit: which one it is, and the circuit that rounds what is written to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Register {
+    /// Which one.
+    pub reg: Reg,
+    quantizer: Quantizer,
+}
+
+impl Deref for Register {
+    type Target = Quantizer;
+
+    #[inline(always)]
+    fn deref(&self) -> &Quantizer {
+        &self.quantizer
+    }
+}
+
+impl Config {
+    /// A register for values with `frac_in` fraction bits; 0 where every write has a shift of its own.
+    #[must_use]
+    pub fn register(&self, reg: Reg, frac_in: i64) -> Register {
+        Register { reg, quantizer: Quantizer::new(self.format(reg), frac_in) }
+    }
 }
 
 impl Reg {

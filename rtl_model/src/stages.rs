@@ -23,9 +23,9 @@ pub mod surface_footprint;
 use alloc::format;
 
 use crate::config::{Config, ConfigError, LIMIT_BITS};
-use crate::fx::{Block, Flags, Quantizer, block};
+use crate::fx::{Block, Flags, block};
 use crate::port;
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tables::{AngleRom, Function, Rom};
 use crate::tap::Tap;
 
@@ -103,42 +103,30 @@ impl<T: Tap> Sink<'_, T> {
     /// Writes `x` (with the quantizer's own input fraction) to a fixed register whose nominal scale
     /// is 2^`exponent` in true units.
     #[inline(always)]
-    pub(crate) fn write(
-        &mut self,
-        q: &Quantizer,
-        reg: Reg,
-        c: usize,
-        x: i64,
-        exponent: i64,
-    ) -> i64 {
-        self.finish(q, reg, c, q.write_fixed_as(T::STANDARD, x), exponent)
+    pub(crate) fn write(&mut self, q: &Register, c: usize, x: i64, exponent: i64) -> i64 {
+        self.finish(q, c, q.write_fixed_as(T::STANDARD, x), exponent)
     }
 
     /// Writes `x` with a right shift that differs from fragment to fragment.
     #[inline(always)]
     pub(crate) fn shift(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         c: usize,
         x: i64,
         shift: i64,
         exponent: i64,
     ) -> i64 {
-        self.finish(q, reg, c, q.write_as(T::STANDARD, x, shift), exponent)
+        self.finish(q, c, q.write_as(T::STANDARD, x, shift), exponent)
     }
 
     #[inline(always)]
-    fn finish(
-        &mut self,
-        q: &Quantizer,
-        reg: Reg,
-        c: usize,
-        (code, over): (i64, bool),
-        exponent: i64,
-    ) -> i64 {
-        self.flags.register(reg, over);
-        self.tap.put(self.lane, reg, c, code, i64::from(q.format.frac) - exponent);
+    fn finish(&mut self, q: &Register, c: usize, (code, over): (i64, bool), exponent: i64) -> i64 {
+        // Seldom, and a shift of 128 bits where the register is no constant.
+        if over {
+            self.flags.register(q.reg, true);
+        }
+        self.tap.put(self.lane, q.reg, c, code, q.frac() - exponent);
         code
     }
 
@@ -146,8 +134,7 @@ impl<T: Tap> Sink<'_, T> {
     #[inline(always)]
     pub(crate) fn scalar_port(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         c: usize,
         word: u64,
         exponent: i64,
@@ -155,23 +142,20 @@ impl<T: Tap> Sink<'_, T> {
     ) -> i64 {
         let (code, over, is_finite) = port::scalar(T::STANDARD, q, word, exponent);
         *finite &= is_finite;
-        self.finish(q, reg, c, (code, over), exponent)
+        self.finish(q, c, (code, over), exponent)
     }
 
     /// A port of a vector; clears `finite` where a component is not.
     #[inline(always)]
     pub(crate) fn vector_port<const C: usize>(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         words: [u64; C],
         finite: &mut bool,
     ) -> Block<C> {
         let (block, all_finite) = port::vector(T::STANDARD, q, words);
         *finite &= all_finite;
-        for (c, m) in block.m.iter().enumerate() {
-            self.tap.put(self.lane, reg, c, *m, block.frac);
-        }
+        self.put(q, 0, &block, 0);
         block
     }
 
@@ -179,17 +163,28 @@ impl<T: Tap> Sink<'_, T> {
     #[inline(always)]
     pub(crate) fn block<const C: usize>(
         &mut self,
-        q: &Quantizer,
-        reg: Reg,
+        q: &Register,
         x: &[i64; C],
         frac: i64,
         exponent: i64,
     ) -> Block<C> {
         let out = block::normalize(T::STANDARD, q, x, frac);
-        for (c, m) in out.m.iter().enumerate() {
-            self.tap.put(self.lane, reg, c, *m, out.frac - exponent);
-        }
+        self.put(q, 0, &out, exponent);
         out
+    }
+
+    /// Tells the tap of a block register's components, from component `first` on.
+    #[inline(always)]
+    pub(crate) fn put<const C: usize>(
+        &mut self,
+        q: &Register,
+        first: usize,
+        block: &Block<C>,
+        exponent: i64,
+    ) {
+        for (c, m) in block.m.iter().enumerate() {
+            self.tap.put(self.lane, q.reg, first + c, *m, block.frac - exponent);
+        }
     }
 }
 

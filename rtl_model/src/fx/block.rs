@@ -39,7 +39,7 @@ pub fn normalize<const C: usize>(
     frac: i64,
 ) -> Block<C> {
     let top = top_bit(x);
-    let width = i64::from(q.format.magnitude_bits());
+    let width = q.bits();
     let shift = if top < 0 { 0 } else { top + 1 - width };
     shifted(standard, q, x, frac, shift)
 }

@@ -101,6 +101,27 @@ impl Quantizer {
         }
     }
 
+    /// Fraction bits of the register.
+    #[inline(always)]
+    #[must_use]
+    pub fn frac(&self) -> i64 {
+        self.format.frac.into()
+    }
+
+    /// Bits of the register without the sign.
+    #[inline(always)]
+    #[must_use]
+    pub fn bits(&self) -> i64 {
+        self.format.magnitude_bits().into()
+    }
+
+    /// Fraction bits of a block register's mantissas in the nominal scale: the largest in [1, 2).
+    #[inline(always)]
+    #[must_use]
+    pub fn block_frac(&self) -> i64 {
+        self.bits() - 1
+    }
+
     /// `x · 2^−shift` rounded to an integer; a shift ≤ 0 is exact. |x| < 2^62, shift ≤ 62, and
     /// a left shift must fit.
     #[inline(always)]

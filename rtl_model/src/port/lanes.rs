@@ -7,7 +7,7 @@
 use super::{scalar, vector};
 use crate::fx::{Flags, Quantizer, Rounding};
 use crate::lanes::{each, fill};
-use crate::regs::Reg;
+use crate::regs::Register;
 use crate::stages::Lanes;
 
 const FRACTION: i64 = (1 << 52) - 1;
@@ -68,7 +68,7 @@ pub(crate) fn vector_lanes<const N: usize>(
     out: &mut Lanes<N, 3>,
     frac: &mut [i64; N],
 ) {
-    let width = i64::from(q.format.magnitude_bits());
+    let width = q.bits();
     let max = q.format.max_raw();
     let [x, y, z] = words;
     let parts = [Parts::new(n, x), Parts::new(n, y), Parts::new(n, z)];
@@ -94,7 +94,7 @@ pub(crate) fn vector_lanes<const N: usize>(
 #[inline(always)]
 pub(crate) fn scalar_lanes<const N: usize>(
     n: usize,
-    (q, reg): (&Quantizer, Reg),
+    q: &Register,
     words: &[u64; N],
     exponent: &[i64; N],
     finite: &mut [bool; N],
@@ -103,7 +103,7 @@ pub(crate) fn scalar_lanes<const N: usize>(
 ) {
     let parts = Parts::new(n, words);
     let (bias, beyond) = (-q.format.min_raw(), !(q.format.max_raw() - q.format.min_raw()));
-    let fixed = UNIT - i64::from(q.format.frac);
+    let fixed = UNIT - q.frac();
     let mut any = 0;
     for i in 0..n.min(N) {
         // Less than 1 overflows any register of up to 50 bits; beyond 62 nothing is left.
@@ -114,7 +114,7 @@ pub(crate) fn scalar_lanes<const N: usize>(
     }
     let plain = Quantizer::is_standard(q.format) && q.format.magnitude_bits() <= 50;
     if any & beyond != 0 || parts.special || !plain {
-        settle_scalar((q, reg), words, exponent, &mut out[..n], finite, flags);
+        settle_scalar(q, words, exponent, &mut out[..n], finite, flags);
     }
 }
 
@@ -141,7 +141,7 @@ fn settle_vector<const N: usize>(
 #[cold]
 #[inline(never)]
 fn settle_scalar(
-    (q, reg): (&Quantizer, Reg),
+    q: &Register,
     words: &[u64],
     exponent: &[i64],
     codes: &mut [i64],
@@ -154,7 +154,7 @@ fn settle_scalar(
         *code = limited;
         *finite &= is_finite;
         if let Some(flags) = flags.get_mut(i) {
-            flags.register(reg, over);
+            flags.register(q.reg, over);
         }
     }
 }

@@ -9,9 +9,9 @@ pub mod lanes;
 use super::cube_face::{components, direction, select};
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::policy::Wrap;
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::tables::rom::mantissa;
 use crate::tap::Tap;
 
@@ -20,10 +20,10 @@ const P: i64 = 30;
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
-    u: Quantizer,
-    v: Quantizer,
+    u: Register,
+    v: Register,
     center_lift: [i64; 2],
-    s: [Quantizer; 2],
+    s: [Register; 2],
     s_shift: [i64; 2],
     weight_shift: i64,
     weight_bits: i64,
@@ -85,7 +85,7 @@ impl Cfg {
         config.check()?;
         let weight_bits = i64::from(config.policy.filter.weight_bits);
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let uv = center.map(f);
         let common = [uv[0].max(f(Reg::FootStep)), uv[1].max(f(Reg::FootStep))];
         for (i, reg) in [Reg::AddrU, Reg::AddrV].into_iter().enumerate() {
@@ -152,11 +152,9 @@ impl Cfg {
             let f = q.frac_in - 1;
             let one = 1i64 << f;
             // (u + 1)/2·N − ½ with f + 1 fraction bits.
-            let (code, over) =
-                q.write_as(T::STANDARD, (probe.uv[i] + one) * size[i] - one, self.s_shift[i]);
-            sink.flags.register(Reg::AddrS, over);
-            let sub = i64::from(q.format.frac);
-            sink.tap.put(sink.lane, Reg::AddrS, component + i, code, sub);
+            let sum = (probe.uv[i] + one) * size[i] - one;
+            let code = sink.shift(q, component + i, sum, self.s_shift[i], 0);
+            let sub = q.frac();
             let whole = code >> sub;
             let part = code - (whole << sub);
             let weight = if self.weight_shift > 0 {
@@ -190,14 +188,14 @@ pub fn address<T: Tap>(
     let along = 2 * k + 1 - input.count;
     let mut uv = [0; 2];
     let mut outside = false;
-    for (i, (q, reg)) in [(&cfg.u, Reg::AddrU), (&cfg.v, Reg::AddrV)].into_iter().enumerate() {
+    for (i, q) in [&cfg.u, &cfg.v].into_iter().enumerate() {
         let sum = (input.center[i] << cfg.center_lift[i])
             + ((along * input.step[i]) << cfg.step_lift(i, input.step_frac));
         let sum = match cfg.wrap {
             Some(wrap) => wrapped(sum, 1 << q.frac_in, wrap[i]),
             None => sum,
         };
-        uv[i] = sink.write(q, reg, index, sum, 0);
+        uv[i] = sink.write(q, index, sum, 0);
         outside |= uv[i].abs() > 1 << q.format.frac;
     }
     if outside {
@@ -227,7 +225,7 @@ fn wrapped(x: i64, one: i64, wrap: Wrap) -> i64 {
 #[inline(never)]
 fn other_face(cfg: &Cfg, roms: &Roms, face: usize, uv: [i64; 2], flags: &mut Flags) -> Probe {
     flags.event(Event::AddressOtherFace, true);
-    let [fu, fv] = [&cfg.u, &cfg.v].map(|q| i64::from(q.format.frac));
+    let [fu, fv] = [&cfg.u, &cfg.v].map(|q| q.frac());
     let common = fu.max(fv);
     let d = direction(face, [uv[0] << (common - fu), uv[1] << (common - fv), 1 << common]);
     let face = select(d);
@@ -239,8 +237,8 @@ fn other_face(cfg: &Cfg, roms: &Roms, face: usize, uv: [i64; 2], flags: &mut Fla
         let one = 1i64 << q.format.frac;
         // c/ma at 30 bits: c·2^(30 − e), then times y.
         let c = if e > P { c >> (e - P) } else { c << (P - e) };
-        let (code, over) = q.write_shifted(c * y, 2 * P - i64::from(q.format.frac));
-        flags.register(if i == 0 { Reg::AddrU } else { Reg::AddrV }, over && code.abs() < one);
+        let (code, over) = q.write_shifted(c * y, 2 * P - q.frac());
+        flags.register(q.reg, over && code.abs() < one);
         out[i] = code.clamp(-one, one);
     }
     Probe { face, uv: out }

@@ -2,17 +2,17 @@
 
 use super::{Lanes, block_frac, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, mul};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tap::Tap;
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of b.
-    pub b: Quantizer,
-    n_mod: Quantizer,
+    pub b: Register,
+    n_mod: Register,
     lift_n: i64,
     lift: [i64; 2],
 }
@@ -56,8 +56,8 @@ impl Cfg {
             int(config, Reg::BumpB) + int(config, Reg::FrameE1).max(int(config, Reg::FrameE2));
         fits(Reg::BumpN, u32::try_from(common).unwrap_or(u32::MAX) + whole.max(1) + 2)?;
         Ok(Self {
-            b: Quantizer::new(config.format(Reg::BumpB), 0),
-            n_mod: Quantizer::new(config.format(Reg::BumpN), common),
+            b: config.register(Reg::BumpB, 0),
+            n_mod: config.register(Reg::BumpN, common),
             lift_n: common - n,
             lift: e.map(|e| common - b - e),
         })
@@ -83,6 +83,6 @@ pub fn bump<const N: usize, T: Tap>(
                 + (mul::<T>(b1[i], e1[i]) << lift[0])
                 + (mul::<T>(b2[i], e2[i]) << lift[1])
         };
-        sink.write(&cfg.n_mod, Reg::BumpN, c, sum, |i| input.n_exp[i], &mut out.n_mod[c]);
+        sink.write(&cfg.n_mod, c, sum, |i| input.n_exp[i], &mut out.n_mod[c]);
     }
 }

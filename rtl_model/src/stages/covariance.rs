@@ -5,16 +5,16 @@
 
 use super::{Lanes, bits, block_frac, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, each, fill, leading_zeros, mantissas, mul};
 use crate::policy::Axis;
-use crate::regs::{Kind, Reg};
+use crate::regs::{Kind, Reg, Register};
 use crate::tap::Tap;
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
-    k: Quantizer,
+    k: Register,
     exact_frac: i64,
     lift: [i64; 2],
     /// Fraction bits of K's nominal scale; the shared exponent is even against it.
@@ -75,7 +75,7 @@ impl Cfg {
             });
         }
         Ok(Self {
-            k: Quantizer::new(config.format(Reg::CovK), 0),
+            k: config.register(Reg::CovK, 0),
             exact_frac: 2 * common,
             lift: [2 * (common - d), 2 * (common - b)],
             parity: frac(config, Reg::CovK) & 1,
@@ -102,7 +102,7 @@ pub fn covariance<const N: usize, T: Tap>(
             *sum = each(lanes, |i| sum[i] + more[i]);
         }
     }
-    let width = i64::from(cfg.k.format.magnitude_bits());
+    let width = cfg.k.bits();
     let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
     let shift: [i64; N] = each(lanes, |i| {
         let shift = if zeros[i] == 64 { 0 } else { 64 - zeros[i] - width };
@@ -117,7 +117,7 @@ pub fn covariance<const N: usize, T: Tap>(
         }
     }
     for (c, k) in out.k.iter().enumerate() {
-        sink.put(Reg::CovK, c, k, |i| out.frac[i]);
+        sink.put(&cfg.k, c, k, |i| out.frac[i]);
     }
     if cfg.longest {
         for lane in 0..lanes {

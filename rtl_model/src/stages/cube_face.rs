@@ -7,9 +7,9 @@ use core::array;
 
 use super::{Lanes, Roms, bits, fits, frac, take};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, dot, fill, mantissa, mul};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
@@ -82,10 +82,10 @@ pub fn direction(face: usize, components: [i64; 3]) -> [i64; 3] {
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     rotation: Option<[[i64; 3]; 3]>,
-    rotated: Quantizer,
-    inv_ma: Quantizer,
-    u: Quantizer,
-    v: Quantizer,
+    rotated: Register,
+    inv_ma: Register,
+    u: Register,
+    v: Register,
 }
 
 /// The reflected direction.
@@ -142,10 +142,10 @@ impl Cfg {
         fits(Reg::FaceU, looked_up + bits(config, Reg::FaceInvMa))?;
         Ok(Self {
             rotation: config.rotation,
-            rotated: Quantizer::new(config.format(Reg::FaceRotated), 0),
-            inv_ma: Quantizer::new(config.format(Reg::FaceInvMa), 0),
-            u: Quantizer::new(config.format(Reg::FaceU), 0),
-            v: Quantizer::new(config.format(Reg::FaceV), 0),
+            rotated: config.register(Reg::FaceRotated, 0),
+            inv_ma: config.register(Reg::FaceInvMa, 0),
+            u: config.register(Reg::FaceU, 0),
+            v: config.register(Reg::FaceV, 0),
         })
     }
 
@@ -177,7 +177,7 @@ pub fn cube_face<const N: usize, T: Tap>(
         }
         let sum_frac = |i: usize| input.v_r_frac[i] + i64::from(ROTATION_FRAC);
         let rotated = (&mut d, &mut d_frac);
-        sink.block(&cfg.rotated, Reg::FaceRotated, &sum, sum_frac, exp, rotated);
+        sink.block(&cfg.rotated, &sum, sum_frac, exp, rotated);
     }
     for i in 0..lanes.min(N) {
         out.face[i] = select(take(&d, i));
@@ -196,17 +196,15 @@ pub fn cube_face<const N: usize, T: Tap>(
     }
     let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
     let inv = (array::from_mut(&mut out.inv_ma), &mut out.inv_ma_frac);
-    sink.block(&cfg.inv_ma, Reg::FaceInvMa, &[y], inv_frac, |i| -exp(i), inv);
-    for (q, reg, side, uv) in
-        [(&cfg.u, Reg::FaceU, &sc, &mut out.u), (&cfg.v, Reg::FaceV, &tc, &mut out.v)]
-    {
-        let f = i64::from(q.format.frac);
+    sink.block(&cfg.inv_ma, &[y], inv_frac, |i| -exp(i), inv);
+    for (q, side, uv) in [(&cfg.u, &sc, &mut out.u), (&cfg.v, &tc, &mut out.v)] {
+        let f = q.frac();
         let one = 1i64 << f;
         // |sc| ≤ |ma|: a table error must not leave the face.
         let shift = Shift::new(lanes, q, |i| d_frac[i] + out.inv_ma_frac[i] - f);
         let mut code = [0; N];
-        sink.shift_code(q, reg, &shift, one, |i| mul::<T>(side[i], out.inv_ma[i]), &mut code);
+        sink.shift_code(q, &shift, one, |i| mul::<T>(side[i], out.inv_ma[i]), &mut code);
         fill(lanes, uv, |i| code[i].clamp(-one, one));
-        sink.put(reg, 0, uv, |_| f);
+        sink.put(q, 0, uv, |_| f);
     }
 }

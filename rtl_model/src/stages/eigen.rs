@@ -5,10 +5,10 @@
 
 use super::{Lanes, Roms, bits, fits, frac, int, store, take};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer, block};
+use crate::fx::{Flags, block};
 use crate::lanes::{LaneSink, Shift, each, mantissa, mantissa4, mul, mul_unsigned};
 use crate::policy::{Axis, Minor};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tables::angle::BOUNDARY_FRAC;
 use crate::tables::rom;
 use crate::tap::Tap;
@@ -21,14 +21,14 @@ pub struct Cfg {
     policy: Axis,
     minor: Minor,
     k_frac: i64,
-    root: Quantizer,
+    root: Register,
     /// Lifts of K's mantissas and of the root to a common scale.
     lift: [i64; 2],
-    sq: Quantizer,
-    sq_from_k: Quantizer,
-    lambda: Quantizer,
-    axis: Quantizer,
-    axis_exact: Quantizer,
+    sq: Register,
+    sq_from_k: Register,
+    lambda: Register,
+    axis: Register,
+    axis_exact: Register,
 }
 
 /// The result of `covariance`: K, and under the policy `longer-derivative` the longest column.
@@ -59,7 +59,7 @@ impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let common = f(Reg::CovK).max(f(Reg::EigenRoot));
         let whole = (int(config, Reg::CovK) + 1).max(int(config, Reg::EigenRoot)) + 1;
         fits(Reg::EigenSq, u32::try_from(common).unwrap_or(u32::MAX) + whole)?;
@@ -133,7 +133,7 @@ impl Cfg {
     #[cold]
     #[inline(never)]
     fn unit(&self, roms: &Roms, xy: [i64; 2]) -> ([i64; 2], i64) {
-        let frac = i64::from(self.axis_exact.format.frac);
+        let frac = self.axis_exact.frac();
         if xy == [0, 0] {
             return ([1, 0], -frac);
         }
@@ -168,11 +168,11 @@ pub fn eigen<const N: usize, T: Tap>(
     let square = each(lanes, |i| mul::<T>(diff[i], diff[i]) + mul::<T>(two_b[i], two_b[i]));
     let [mut y, mut down] = [[0; N]; 2];
     Cfg::sqrt::<N, T>(lanes, roms, &square, 2 * cfg.k_frac, &mut y, &mut down);
-    let root_frac = i64::from(cfg.root.format.frac);
+    let root_frac = cfg.root.frac();
     let shift = Shift::new(lanes, &cfg.root, |i| down[i] - root_frac);
     let twice = |i: usize| 2 * exp[i];
     let mut root = [0; N];
-    sink.shift(&cfg.root, Reg::EigenRoot, 0, &shift, |i| y[i], twice, &mut root);
+    sink.shift(&cfg.root, 0, &shift, |i| y[i], twice, &mut root);
     let spread: [i64; N] = each(lanes, |i| root[i] << cfg.lift[1]);
     let longer = cfg.policy == Axis::LongerDerivative;
     let (q, sq) = if longer {
@@ -184,26 +184,26 @@ pub fn eigen<const N: usize, T: Tap>(
         let major = each(lanes, |i| sum(i) + spread[i]);
         (&cfg.sq, [major, each(lanes, |i| (sum(i) - spread[i]).max(0))])
     };
-    let lambda_frac = i64::from(cfg.lambda.format.frac);
+    let lambda_frac = cfg.lambda.frac();
     for (k, exact) in sq.iter().enumerate() {
         let mut sq = [0; N];
-        sink.write(q, Reg::EigenSq, k, |i| exact[i], twice, &mut sq);
+        sink.write(q, k, |i| exact[i], twice, &mut sq);
         if k == 1 && cfg.minor == Minor::Det && !longer {
             let major = &out.lambda[0];
             minor_by_det::<N, T>(lanes, cfg, roms, [a, b, c], major, &mut y, &mut down);
         } else {
-            let sq_frac = i64::from(q.format.frac);
+            let sq_frac = q.frac();
             Cfg::sqrt::<N, T>(lanes, roms, &sq, sq_frac, &mut y, &mut down);
         }
         let shift = Shift::new(lanes, &cfg.lambda, |i| down[i] - lambda_frac);
         let exp = |i: usize| exp[i];
-        sink.shift(&cfg.lambda, Reg::EigenLambda, k, &shift, |i| y[i], exp, &mut out.lambda[k]);
+        sink.shift(&cfg.lambda, k, &shift, |i| y[i], exp, &mut out.lambda[k]);
     }
 
     if cfg.policy == Axis::EigenTable {
         let axis = table_axis::<N, T>(lanes, roms, &two_b, &diff);
         for (c, axis) in axis.iter().enumerate() {
-            sink.write(&cfg.axis, Reg::EigenAxis, c, |i| axis[i], |_| 0, &mut out.axis[c]);
+            sink.write(&cfg.axis, c, |i| axis[i], |_| 0, &mut out.axis[c]);
         }
         return;
     }
@@ -225,15 +225,7 @@ pub fn eigen<const N: usize, T: Tap>(
     }
     let shift = Shift::new(lanes, &cfg.axis_exact, |i| down[i]);
     for (c, axis) in axis.iter().enumerate() {
-        sink.shift(
-            &cfg.axis_exact,
-            Reg::EigenAxis,
-            c,
-            &shift,
-            |i| axis[i],
-            |_| 0,
-            &mut out.axis[c],
-        );
+        sink.shift(&cfg.axis_exact, c, &shift, |i| axis[i], |_| 0, &mut out.axis[c]);
     }
 }
 
@@ -290,7 +282,7 @@ fn minor_by_det<const N: usize, T: Tap>(
     mantissa(lanes, |i| lambda1[i].max(1), &mut m, &mut e);
     roms.recip.recip_lanes::<N, T>(lanes, &m, y);
     // root·2^−down · y·2^−30 · 2^(λ_frac − e)
-    let fixed = P - i64::from(cfg.lambda.format.frac);
+    let fixed = P - cfg.lambda.frac();
     for i in 0..lanes.min(N) {
         y[i] = mul_unsigned::<T>(root[i], y[i]);
         down[i] += fixed + e[i];

@@ -14,9 +14,9 @@ use super::address;
 use super::address::lanes::Walk;
 use super::{Roms, Sink, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::policy::{Policy, Weights};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tap::Tap;
 use crate::texture::{Texels, Texture};
 
@@ -27,9 +27,9 @@ pub struct Cfg {
     lod_frac: i64,
     lod_bits: i64,
     /// `None` where the register holds every bilinear sum as it is.
-    bilinear: Option<Quantizer>,
+    bilinear: Option<Register>,
     sum_frac: i64,
-    color: Quantizer,
+    color: Register,
     color_shift: i64,
     /// Integer probe weights by count; empty for box weights.
     weights: Vec<Vec<i64>>,
@@ -102,9 +102,9 @@ impl Cfg {
             lod_shift: lod_frac - lod_bits,
             lod_frac,
             lod_bits,
-            bilinear: narrowed.then(|| Quantizer::new(register, exact_frac)),
+            bilinear: narrowed.then(|| config.register(Reg::FilterBilinear, exact_frac)),
             sum_frac,
-            color: Quantizer::new(color, 0),
+            color: config.register(Reg::FilterColor, 0),
             color_shift: sum_frac + lod_bits + scale - i64::from(color.frac),
             weights,
             probe_weight_bits: scale,
@@ -278,8 +278,7 @@ fn probes<R: rows::Rows, T: Tap>(
         cfg.finish(standard, total, lod_weight, count, sink.flags)
     };
     for (c, code) in color.iter().enumerate() {
-        let frac = i64::from(cfg.color.format.frac);
-        sink.tap.put(sink.lane, Reg::FilterColor, c, *code, frac);
+        sink.tap.put(sink.lane, Reg::FilterColor, c, *code, cfg.color.frac());
     }
     Out { color, texels: count.unsigned_abs() << (2 + two) }
 }

@@ -7,10 +7,10 @@ use alloc::vec::Vec;
 
 use super::{Lanes, Roms, bits, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, each, mantissa, mul};
 use crate::policy::{Count, FootprintPolicy};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
@@ -32,14 +32,14 @@ pub struct Cfg {
     max: i64,
     size: i64,
     last_level: i64,
-    length: Quantizer,
-    width: Quantizer,
+    length: Register,
+    width: Register,
     cap_numerator: i64,
     cap_denominator: i64,
-    lod: Quantizer,
-    line: Quantizer,
-    line_feline: Quantizer,
-    step: [Quantizer; 2],
+    lod: Register,
+    line: Register,
+    line_feline: Register,
+    step: [Register; 2],
     /// r / (2·count) by count with b fraction bits, for u and v; for `feline` r / (2·(count − 1)).
     /// r is the power of two that holds a texture's longer side, over the side in question; on a cube it is 1.
     /// b is `INV_FRAC` − ⌈log2 r⌉.
@@ -93,7 +93,7 @@ impl Cfg {
         let unit = i64::from(unit.clamp(1, MAX_FACE));
         let size = size.map(|n| i64::from(n.clamp(1, MAX_FACE)));
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let lambda = bits(config, Reg::EigenLambda);
         fits(Reg::FootLength, lambda + 16)?;
         fits(Reg::FootWidth, bits(config, Reg::FootLength) + 16)?;
@@ -220,8 +220,8 @@ pub fn footprint<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let length_frac = i64::from(cfg.length.format.frac);
-    let width_frac = i64::from(cfg.width.format.frac);
+    let length_frac = cfg.length.frac();
+    let width_frac = cfg.width.frac();
     let mut sink = LaneSink::<N, T>::new(flags, tap);
     let lanes = sink.n;
     let ([major, minor], axis) = (&input.eigen.lambda, &input.eigen.axis);
@@ -230,16 +230,16 @@ pub fn footprint<const N: usize, T: Tap>(
     let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
     let product = |i: usize| mul::<T>(major[i], cfg.size);
     let mut length = [0; N];
-    sink.shift(&cfg.length, Reg::FootLength, 0, &shift, product, |_| 0, &mut length);
+    sink.shift(&cfg.length, 0, &shift, product, |_| 0, &mut length);
     let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
     let product = |i: usize| mul::<T>(minor[i], cfg.size);
     let mut minor = [0; N];
-    sink.shift_code(&cfg.width, Reg::FootWidth, &shift, i64::MAX, product, &mut minor);
+    sink.shift_code(&cfg.width, &shift, i64::MAX, product, &mut minor);
     let exact = cfg.caps::<N, T>(lanes, &length);
     let mut caps = [0; N];
-    sink.code(&cfg.width, Reg::FootWidth, |i| exact[i], &mut caps);
+    sink.code(&cfg.width, |i| exact[i], &mut caps);
     let width = each(lanes, |i| minor[i].max(caps[i]).max(1 << width_frac));
-    sink.put(Reg::FootWidth, 0, &width, |_| width_frac);
+    sink.put(&cfg.width, 0, &width, |_| width_frac);
 
     let common = length_frac.max(width_frac);
     out.count = cfg.counts(
@@ -253,7 +253,7 @@ pub fn footprint<const N: usize, T: Tap>(
     roms.log2.log2_lanes::<N, T>(lanes, &m, &mut log);
     let most = cfg.last_level << PORT_FRAC;
     let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
-    sink.write(&cfg.lod, Reg::FootLod, 0, log, |_| 0, &mut out.lod);
+    sink.write(&cfg.lod, 0, log, |_| 0, &mut out.lod);
 
     let lines = if cfg.rule.has_end_points() {
         // 2(λ1 − m·2/N) in u, v; end points included.
@@ -265,16 +265,16 @@ pub fn footprint<const N: usize, T: Tap>(
         let q = &cfg.line_feline;
         let mut lines = [[0; N]; 2];
         for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
-            sink.write(q, Reg::FootLine, c, |i| body[i] * axis[i], |_| 0, line);
+            sink.write(q, c, |i| body[i] * axis[i], |_| 0, line);
         }
         lines
     } else {
-        let fixed = cfg.axis_frac - i64::from(cfg.line.format.frac);
+        let fixed = cfg.axis_frac - cfg.line.frac();
         let shift = Shift::new(lanes, &cfg.line, |i| scale(i) + fixed);
         let mut lines = [[0; N]; 2];
         for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
             let product = |i: usize| mul::<T>(major[i], axis[i]);
-            sink.shift(&cfg.line, Reg::FootLine, c, &shift, product, |_| 0, line);
+            sink.shift(&cfg.line, c, &shift, product, |_| 0, line);
         }
         lines
     };
@@ -285,7 +285,7 @@ pub fn footprint<const N: usize, T: Tap>(
             *inv = cfg.inv_count[c].get(at).copied().unwrap_or(0);
         }
         let product = |i: usize| mul::<T>(line[i], inv[i]);
-        sink.write(&cfg.step[c], Reg::FootStep, c, product, |_| 0, &mut out.step[c]);
+        sink.write(&cfg.step[c], c, product, |_| 0, &mut out.step[c]);
     }
 }
 

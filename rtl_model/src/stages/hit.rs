@@ -11,9 +11,9 @@ mod step;
 use super::{Lanes, Roms, Sink, bits, dot, fits, frac, store, take};
 use crate::config::{Config, ConfigError};
 use crate::distance::DistanceMemory;
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::policy::{HitPolicy, HitStatus, Outside};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::tables::rom::mantissa4;
 use crate::tap::Tap;
 
@@ -25,24 +25,24 @@ pub struct Cfg {
     /// Policies.
     pub policy: HitPolicy,
     /// Port of x.
-    pub x: Quantizer,
+    pub x: Register,
     /// Port of R.
-    pub direction: Quantizer,
-    inv_norm: Quantizer,
-    r: Quantizer,
+    pub direction: Register,
+    inv_norm: Register,
+    r: Register,
     look_up: look_up::Cfg,
-    inv_radius: Quantizer,
-    length: Quantizer,
-    ratio: Quantizer,
-    halved: Quantizer,
-    inv_span: Quantizer,
-    quotient: Quantizer,
-    step: Quantizer,
-    step_from_radius: Quantizer,
-    d: Quantizer,
-    d_first: Quantizer,
-    l: Quantizer,
-    to: Quantizer,
+    inv_radius: Register,
+    length: Register,
+    ratio: Register,
+    halved: Register,
+    inv_span: Register,
+    quotient: Register,
+    step: Register,
+    step_from_radius: Register,
+    d: Register,
+    d_first: Register,
+    l: Register,
+    to: Register,
     /// Fraction bits that all ratios share inside.
     ratio_frac: i64,
     /// 1 − τ and 1 + τ at `tolerance_frac` bits.
@@ -122,7 +122,7 @@ impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let b = |reg| bits(config, reg);
         let whole = |n: i64| u32::try_from(n.max(0)).unwrap_or(u32::MAX);
         fits(Reg::HitInvNorm, 2 * b(Reg::HitDirection) + 2)?;
@@ -179,7 +179,7 @@ impl Cfg {
     /// Fraction bits of d.
     #[must_use]
     pub fn d_frac(&self) -> i64 {
-        i64::from(self.d.format.frac)
+        self.d.frac()
     }
 }
 
@@ -238,12 +238,9 @@ pub fn hit<const N: usize, T: Tap>(
         let flags = &mut flags[lane];
         let mut sink = Sink { lane, flags, tap };
         let escaped = ray.status == HitStatus::Escaped;
-        let (v, v_frac, scale) = if escaped {
-            (ray.r, i64::from(cfg.r.format.frac), 0)
-        } else {
-            (ray.l, i64::from(cfg.l.format.frac), memory.scale)
-        };
-        let to = sink.block(&cfg.to, Reg::HitTo, &v, v_frac, scale);
+        let (v, v_frac, scale) =
+            if escaped { (ray.r, cfg.r.frac(), 0) } else { (ray.l, cfg.l.frac(), memory.scale) };
+        let to = sink.block(&cfg.to, &v, v_frac, scale);
         store(&mut out.to, lane, to.m);
         out.to_frac[lane] = to.frac;
         store(&mut out.l, lane, v);
@@ -251,7 +248,7 @@ pub fn hit<const N: usize, T: Tap>(
         out.d[lane] = ray.d;
         out.iterations[lane] = ray.iterations;
         out.status[lane] = ray.status;
-        let lift = cfg.ratio_frac - i64::from(cfg.ratio.format.frac);
+        let lift = cfg.ratio_frac - cfg.ratio.frac();
         out.ratio[lane] = ray.ratio.map(|f| f >> lift);
     }
 }
@@ -272,17 +269,17 @@ fn begin<T: Tap>(
     sink.flags.event(Event::HitNoDirection, none);
     let (v, v_frac) = if none { ([0, 0, 1 << 20], 20) } else { (direction, direction_frac) };
     let (m, e) = mantissa4(dot(v, v));
-    let inv = sink.block(&cfg.inv_norm, Reg::HitInvNorm, &[roms.rsqrt.rsqrt(m)], P + e - v_frac, 0);
+    let inv = sink.block(&cfg.inv_norm, &[roms.rsqrt.rsqrt(m)], P + e - v_frac, 0);
     for (i, c) in v.into_iter().enumerate() {
-        let shift = v_frac + inv.frac - i64::from(cfg.r.format.frac);
-        ray.r[i] = sink.shift(&cfg.r, Reg::HitR, i, c * inv.m[0], shift, 0);
+        let shift = v_frac + inv.frac - cfg.r.frac();
+        ray.r[i] = sink.shift(&cfg.r, i, c * inv.m[0], shift, 0);
     }
     let far = cfg.look_up.read(roms, memory, ray.r, 0, 0, sink);
     ray.far = far.radius;
     let near = cfg.look_up.read(roms, memory, ray.x, 1, scale, sink);
-    let length = cfg.length(roms, ray.x, i64::from(cfg.x.format.frac), 0, scale, sink);
+    let length = cfg.length(roms, ray.x, cfg.x.frac(), 0, scale, sink);
     let p = if length == 0 {
-        let frac = i64::from(cfg.ratio.format.frac);
+        let frac = cfg.ratio.frac();
         sink.tap.put(sink.lane, Reg::HitRatio, 0, 0, frac);
         0
     } else {
@@ -302,9 +299,9 @@ fn begin<T: Tap>(
         if !stops {
             return;
         }
-        ray.d = sink.write(&cfg.d_first, Reg::HitD, 0, 0, scale);
+        ray.d = sink.write(&cfg.d_first, 0, 0, scale);
     } else {
-        ray.d = sink.write(&cfg.d_first, Reg::HitD, 0, first, scale);
+        ray.d = sink.write(&cfg.d_first, 0, first, scale);
     }
     ray.l = cfg.point(ray, 0, scale, sink);
 }
@@ -321,7 +318,7 @@ fn iterate<T: Tap>(
 ) {
     let scale = memory.scale;
     let reading = cfg.look_up.read(roms, memory, ray.l, k + 2, scale, sink);
-    let l_frac = i64::from(cfg.l.format.frac);
+    let l_frac = cfg.l.frac();
     let length = cfg.length(roms, ray.l, l_frac, k + 1, scale, sink);
     let f = cfg.ratio(roms, length, reading, k + 1, scale, sink);
     ray.iterations += 1;
@@ -333,11 +330,11 @@ fn iterate<T: Tap>(
         return;
     }
     let moved = step::step(cfg, roms, ray, f, side, k, scale, sink);
-    let lift_d = cfg.d.frac_in - i64::from(cfg.d.format.frac);
-    let lift_step = cfg.d.frac_in - i64::from(cfg.step.format.frac);
+    let lift_d = cfg.d.frac_in - cfg.d.frac();
+    let lift_step = cfg.d.frac_in - cfg.step.frac();
     let sum = (ray.d << lift_d) + (moved.unwrap_or(0) << lift_step);
     let next = if moved.is_some_and(|step| step != 0) {
-        sink.write(&cfg.d, Reg::HitD, k + 1, sum, scale)
+        sink.write(&cfg.d, k + 1, sum, scale)
     } else {
         ray.d
     };

@@ -8,32 +8,32 @@ pub mod normal;
 use super::cube_face::components_lanes;
 use super::{Lanes, bits, block_frac, column, fits, frac, int, take};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, dot, each, mul, mul_wide};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tap::Tap;
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Ports of ∂v/∂x and ∂v/∂y.
-    pub dv: [Quantizer; 2],
-    n_dot_dv: [Quantizer; 2],
-    v_dot_dn: Quantizer,
-    n_dot_dn: Quantizer,
+    pub dv: [Register; 2],
+    n_dot_dv: [Register; 2],
+    v_dot_dn: Register,
+    n_dot_dn: Register,
     lift: [[i64; 5]; 2],
-    dv_r: [Quantizer; 2],
+    dv_r: [Register; 2],
     /// How a derivative of v_r becomes derivatives of (u, v).
     pub project: Project,
-    numerator: Quantizer,
-    d: Quantizer,
+    numerator: Register,
+    d: Register,
 }
 
 /// G (and A), shared with `roughness`: a derivative of v_r to |ma|·(∂u, ∂v).
 #[derive(Clone, Debug, Hash)]
 pub struct Project {
     rotation: Option<[[i64; 3]; 3]>,
-    rotated: Quantizer,
+    rotated: Register,
     uv_lift: [i64; 2],
     one_bits: i64,
 }
@@ -51,10 +51,7 @@ impl Project {
         }
         Ok(Self {
             rotation: config.rotation,
-            rotated: Quantizer::new(
-                config.format(reg),
-                frac(config, reg) + i64::from(ROTATION_FRAC),
-            ),
+            rotated: config.register(reg, frac(config, reg) + i64::from(ROTATION_FRAC)),
             uv_lift: uv.map(|f| common - f),
             one_bits: common,
         })
@@ -71,7 +68,6 @@ impl Project {
     pub(crate) fn rotate<const N: usize, T: Tap>(
         &self,
         sink: &mut LaneSink<'_, N, T>,
-        reg: Reg,
         first: usize,
         t: Lanes<N, 3>,
         exponent: impl Fn(usize) -> i64 + Copy,
@@ -80,7 +76,7 @@ impl Project {
         let mut out = [[0; N]; 3];
         for c in 0..3 {
             let sum = |i: usize| dot::<T>(a[c], take(&t, i));
-            sink.write(&self.rotated, reg, first + c, sum, exponent, &mut out[c]);
+            sink.write(&self.rotated, first + c, sum, exponent, &mut out[c]);
         }
         out
     }
@@ -144,7 +140,7 @@ impl<const N: usize> Default for Out<N> {
 impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let f = |reg| frac(config, reg);
         let (n_frac, v_frac) =
             (block_frac(config, Reg::ReflectN), block_frac(config, Reg::ReflectV));
@@ -201,7 +197,7 @@ pub fn jacobian<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.d.format.frac);
+    let fixed = cfg.numerator.frac() - cfg.d.frac();
     let mut sink = LaneSink::<N, T>::new(flags, tap);
     let lanes = sink.n;
     let shift = Shift::new(lanes, &cfg.d, |i| fixed + input.face.inv_ma_frac[i]);
@@ -215,7 +211,6 @@ pub fn jacobian<const N: usize, T: Tap>(
         let mut n_dv = [0; N];
         sink.write(
             &cfg.n_dot_dv[col],
-            Reg::JacNdotDv,
             col,
             |i| dot::<T>(take(n, i), take(dv, i)),
             |i| n_exp(i) + v_exp[i],
@@ -224,7 +219,6 @@ pub fn jacobian<const N: usize, T: Tap>(
         let mut v_dn = [0; N];
         sink.write(
             &cfg.v_dot_dn,
-            Reg::JacVdotDn,
             col,
             |i| dot::<T>(take(v, i), take(dn, i)),
             |i| n_exp(i) + v_exp[i],
@@ -233,7 +227,6 @@ pub fn jacobian<const N: usize, T: Tap>(
         let mut n_dn = [0; N];
         sink.write(
             &cfg.n_dot_dn,
-            Reg::JacNdotDn,
             col,
             |i| dot::<T>(take(n, i), take(dn, i)),
             |i| 2 * n_exp(i),
@@ -249,16 +242,16 @@ pub fn jacobian<const N: usize, T: Tap>(
                     + (mul_wide::<T>(v_dn[i], 2 * n[c][i]) << lift[3])
                     - (mul_wide::<T>(n_dn[i], 2 * v[c][i]) << lift[4])
             };
-            sink.write(&cfg.dv_r[col], Reg::JacDvr, 3 * col + c, sum, exp, &mut dv_r[c]);
+            sink.write(&cfg.dv_r[col], 3 * col + c, sum, exp, &mut dv_r[c]);
         }
-        let t = cfg.project.rotate(&mut sink, Reg::JacDvr, 3 * col, dv_r, exp);
+        let t = cfg.project.rotate(&mut sink, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let mut numerator = [0; N];
-            sink.write(&cfg.numerator, Reg::JacNumerator, c, |i| sum[i], exp, &mut numerator);
+            sink.write(&cfg.numerator, c, |i| sum[i], exp, &mut numerator);
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            sink.shift(&cfg.d, Reg::JacD, c, &shift, quotient, |_| 0, &mut out.d[c]);
+            sink.shift(&cfg.d, c, &shift, quotient, |_| 0, &mut out.d[c]);
         }
     }
 }

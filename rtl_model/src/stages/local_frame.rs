@@ -7,9 +7,9 @@ use core::array;
 
 use super::{Lanes, Roms, bits, block_frac, fits, store, take};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, dot, each, fill, mantissa4, mul};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
 
@@ -17,16 +17,16 @@ use crate::tap::Tap;
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of n.
-    pub n: Quantizer,
+    pub n: Register,
     /// Port of h.
-    pub h: Quantizer,
-    cross: Quantizer,
-    inv_length: Quantizer,
-    length: Quantizer,
-    scale: Quantizer,
-    e1: Quantizer,
-    n_cross: Quantizer,
-    e2: Quantizer,
+    pub h: Register,
+    cross: Register,
+    inv_length: Register,
+    length: Register,
+    scale: Register,
+    e1: Register,
+    n_cross: Register,
+    e2: Register,
     n_frac: i64,
     h_frac: i64,
     c_frac: i64,
@@ -63,7 +63,7 @@ impl<const N: usize> Default for Out<N> {
 impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        let q = |reg| Quantizer::new(config.format(reg), 0);
+        let q = |reg| config.register(reg, 0);
         let (n, h, c) =
             (bits(config, Reg::FrameN), bits(config, Reg::FrameH), bits(config, Reg::FrameCross));
         fits(Reg::FrameCross, n + h + 2)?;
@@ -84,7 +84,7 @@ impl Cfg {
             length: q(Reg::FrameLength),
             scale: q(Reg::FrameScale),
             e1: q(Reg::FrameE1),
-            n_cross: Quantizer::new(config.format(Reg::FrameNCross), n_frac + c_frac),
+            n_cross: config.register(Reg::FrameNCross, n_frac + c_frac),
             e2: q(Reg::FrameE2),
             n_frac,
             h_frac: block_frac(config, Reg::FrameH),
@@ -142,7 +142,7 @@ pub fn local_frame<const N: usize, T: Tap>(
     let exact_exp: [i64; N] = each(lanes, |i| n_exp(i) + of_h(i) * input.h_exp[i]);
     let (exact, mut c, mut c_frac) = (c, [[0; N]; 3], [0; N]);
     let block = (&mut c, &mut c_frac);
-    sink.block(&cfg.cross, Reg::FrameCross, &exact, exact_frac, |i| exact_exp[i], block);
+    sink.block(&cfg.cross, &exact, exact_frac, |i| exact_exp[i], block);
     // From here on c's mantissas count as a vector with its largest component in [1, 2).
     let c_exp: [i64; N] = each(lanes, |i| exact_exp[i] + cfg.c_frac - c_frac[i]);
 
@@ -153,7 +153,6 @@ pub fn local_frame<const N: usize, T: Tap>(
     let (mut inv, mut inv_frac) = ([0; N], [0; N]);
     sink.block(
         &cfg.inv_length,
-        Reg::FrameInvLength,
         array::from_ref(&root),
         |i| port + q[i] - cfg.c_frac,
         |i| -c_exp[i],
@@ -162,35 +161,34 @@ pub fn local_frame<const N: usize, T: Tap>(
     fill(lanes, &mut square, |i| dot::<T>(take(n, i), take(n, i)).max(1));
     mantissa4(lanes, |i| square[i], &mut m, &mut q);
     roms.sqrt.sqrt_lanes::<N, T>(lanes, &m, &roms.rsqrt, &mut root);
-    let length_frac = i64::from(cfg.length.format.frac);
+    let length_frac = cfg.length.frac();
     let shift = Shift::new(lanes, &cfg.length, |i| port + cfg.n_frac - q[i] - length_frac);
     let mut length = [0; N];
-    sink.shift(&cfg.length, Reg::FrameLength, 0, &shift, |i| root[i], n_exp, &mut length);
+    sink.shift(&cfg.length, 0, &shift, |i| root[i], n_exp, &mut length);
     let (mut scale, mut scale_frac) = ([0; N], [0; N]);
     sink.block(
         &cfg.scale,
-        Reg::FrameScale,
         &[each(lanes, |i| mul::<T>(length[i], inv[i]))],
         |i| length_frac + inv_frac[i],
         |i| n_exp(i) - c_exp[i],
         (array::from_mut(&mut scale), &mut scale_frac),
     );
-    let fixed = cfg.c_frac - i64::from(cfg.e1.format.frac);
+    let fixed = cfg.c_frac - cfg.e1.frac();
     let shift = Shift::new(lanes, &cfg.e1, |i| fixed + scale_frac[i]);
     for (k, c) in c.iter().enumerate() {
         let product = |i: usize| mul::<T>(c[i], scale[i]);
-        sink.shift(&cfg.e1, Reg::FrameE1, k, &shift, product, n_exp, &mut out.e1[k]);
+        sink.shift(&cfg.e1, k, &shift, product, n_exp, &mut out.e1[k]);
     }
     let mut n_cross = exact;
     cross_lanes::<N, T>(lanes, n, &c, &mut n_cross);
-    let fixed = i64::from(cfg.n_cross.format.frac) - i64::from(cfg.e2.format.frac);
+    let fixed = cfg.n_cross.frac() - cfg.e2.frac();
     let shift = Shift::new(lanes, &cfg.e2, |i| fixed + inv_frac[i]);
     for (k, n_cross) in n_cross.iter().enumerate() {
         let exp = |i: usize| n_exp(i) + c_exp[i];
         let mut x = [0; N];
-        sink.write(&cfg.n_cross, Reg::FrameNCross, k, |i| n_cross[i], exp, &mut x);
+        sink.write(&cfg.n_cross, k, |i| n_cross[i], exp, &mut x);
         let product = |i: usize| mul::<T>(x[i], inv[i]);
-        sink.shift(&cfg.e2, Reg::FrameE2, k, &shift, product, n_exp, &mut out.e2[k]);
+        sink.shift(&cfg.e2, k, &shift, product, n_exp, &mut out.e2[k]);
     }
 }
 

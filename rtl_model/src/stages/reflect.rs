@@ -2,21 +2,21 @@
 
 use super::{Lanes, bits, block_frac, fits, frac, int, take};
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, dot, fill, mul};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tap::Tap;
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of v.
-    pub v: Quantizer,
+    pub v: Register,
     /// Port of n, or the register that n_mod is normalised into.
-    pub n: Quantizer,
-    n_dot_v: Quantizer,
-    n_dot_n: Quantizer,
-    v_r: Quantizer,
+    pub n: Register,
+    n_dot_v: Register,
+    n_dot_n: Register,
+    v_r: Register,
     n_frac: i64,
     lift: [i64; 2],
     exact_frac: i64,
@@ -82,11 +82,11 @@ impl Cfg {
             (2 + int(config, Reg::ReflectNdotV)).max(1 + int(config, Reg::ReflectNdotN)) + 1;
         fits(Reg::ReflectVr, u32::try_from(common).unwrap_or(u32::MAX) + whole)?;
         Ok(Self {
-            v: Quantizer::new(config.format(Reg::ReflectV), 0),
-            n: Quantizer::new(config.format(Reg::ReflectN), 0),
-            n_dot_v: Quantizer::new(config.format(Reg::ReflectNdotV), n_frac + v_frac),
-            n_dot_n: Quantizer::new(config.format(Reg::ReflectNdotN), 2 * n_frac),
-            v_r: Quantizer::new(config.format(Reg::ReflectVr), 0),
+            v: config.register(Reg::ReflectV, 0),
+            n: config.register(Reg::ReflectN, 0),
+            n_dot_v: config.register(Reg::ReflectNdotV, n_frac + v_frac),
+            n_dot_n: config.register(Reg::ReflectNdotN, 2 * n_frac),
+            v_r: config.register(Reg::ReflectVr, 0),
             n_frac,
             lift: terms.map(|t| common - t),
             exact_frac: common,
@@ -110,7 +110,7 @@ pub fn reflect<const N: usize, T: Tap>(
         let n_exp = |i: usize| input.n_exp[i];
         let mut frac = [0; N];
         let block = (&mut out.n, &mut frac);
-        sink.block(&cfg.n, Reg::ReflectN, input.n, |_| n_frac, n_exp, block);
+        sink.block(&cfg.n, input.n, |_| n_frac, n_exp, block);
         fill(lanes, &mut out.n_lift, |i| cfg.n_frac - frac[i]);
     } else {
         out.n = *input.n;
@@ -120,7 +120,6 @@ pub fn reflect<const N: usize, T: Tap>(
     let n_exp = |i: usize| input.n_exp[i] + n_lift[i];
     sink.write(
         &cfg.n_dot_v,
-        Reg::ReflectNdotV,
         0,
         |i| dot::<T>(take(n, i), take(v, i)),
         |i| n_exp(i) + v_exp[i],
@@ -128,7 +127,6 @@ pub fn reflect<const N: usize, T: Tap>(
     );
     sink.write(
         &cfg.n_dot_n,
-        Reg::ReflectNdotN,
         0,
         |i| dot::<T>(take(n, i), take(n, i)),
         |i| 2 * n_exp(i),
@@ -144,5 +142,5 @@ pub fn reflect<const N: usize, T: Tap>(
     }
     let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
     let block = (&mut out.v_r, &mut out.v_r_frac);
-    sink.block(&cfg.v_r, Reg::ReflectVr, &sum, |_| cfg.exact_frac, exp, block);
+    sink.block(&cfg.v_r, &sum, |_| cfg.exact_frac, exp, block);
 }

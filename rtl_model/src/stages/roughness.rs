@@ -5,26 +5,26 @@
 use super::jacobian::Project;
 use super::{Lanes, bits, block_frac, fits, frac, int, take};
 use crate::config::{Config, ConfigError, SCALE_FRAC};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, dot, mul};
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::tap::Tap;
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of d1, d2, d3.
-    pub d: Quantizer,
+    pub d: Register,
     scale: i64,
-    d_scaled: Quantizer,
-    v_dot_e: [Quantizer; 2],
-    n_dot_e: [Quantizer; 2],
+    d_scaled: Register,
+    v_dot_e: [Register; 2],
+    n_dot_e: [Register; 2],
     lift: [[i64; 3]; 2],
-    dv_r: [Quantizer; 2],
+    dv_r: [Register; 2],
     project: Project,
-    numerator: Quantizer,
-    e: Quantizer,
-    b: Quantizer,
+    numerator: Register,
+    e: Register,
+    b: Register,
 }
 
 /// The inputs of the stage.
@@ -66,7 +66,7 @@ impl Cfg {
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
         let w = |reg| bits(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let (n_frac, v_frac) =
             (block_frac(config, Reg::ReflectN), block_frac(config, Reg::ReflectV));
         fits(Reg::RoughScaled, w(Reg::RoughD) + SCALE_FRAC + 4)?;
@@ -115,7 +115,7 @@ pub fn roughness<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let fixed = i64::from(cfg.numerator.format.frac) - i64::from(cfg.e.format.frac);
+    let fixed = cfg.numerator.frac() - cfg.e.frac();
     let mut sink = LaneSink::<N, T>::new(flags, tap);
     let lanes = sink.n;
     let (r, face) = (input.reflect, input.face);
@@ -127,7 +127,7 @@ pub fn roughness<const N: usize, T: Tap>(
     let mut scaled = [[0; N]; 3];
     for (c, (scaled, d)) in scaled.iter_mut().zip(input.d).enumerate() {
         let product = |i: usize| mul::<T>(d[i], cfg.scale);
-        sink.write(&cfg.d_scaled, Reg::RoughScaled, c, product, |_| 0, scaled);
+        sink.write(&cfg.d_scaled, c, product, |_| 0, scaled);
     }
     // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
     let shift = Shift::new(lanes, &cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
@@ -136,7 +136,6 @@ pub fn roughness<const N: usize, T: Tap>(
         let mut v_e = [0; N];
         sink.write(
             &cfg.v_dot_e[col],
-            Reg::RoughVdotE,
             col,
             |i| dot::<T>(take(v, i), take(e, i)),
             |i| v_exp[i] + e_exp[i],
@@ -145,7 +144,6 @@ pub fn roughness<const N: usize, T: Tap>(
         let mut n_e = [0; N];
         sink.write(
             &cfg.n_dot_e[col],
-            Reg::RoughNdotE,
             col,
             |i| dot::<T>(take(n, i), take(e, i)),
             |i| n_exp(i) + e_exp[i],
@@ -159,37 +157,23 @@ pub fn roughness<const N: usize, T: Tap>(
                     + (mul::<T>(2 * n[c][i], v_e[i]) << lift[1])
                     - (mul::<T>(2 * v[c][i], n_e[i]) << lift[2])
             };
-            sink.write(&cfg.dv_r[col], Reg::RoughDvr, 3 * col + c, sum, exp, &mut dv_r[c]);
+            sink.write(&cfg.dv_r[col], 3 * col + c, sum, exp, &mut dv_r[c]);
         }
-        let t = cfg.project.rotate(&mut sink, Reg::RoughDvr, 3 * col, dv_r, exp);
+        let t = cfg.project.rotate(&mut sink, 3 * col, dv_r, exp);
         let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
         for (row, sum) in rows.iter().enumerate() {
             let c = 2 * row + col;
             let mut numerator = [0; N];
-            sink.write(&cfg.numerator, Reg::RoughNumerator, c, |i| sum[i], exp, &mut numerator);
+            sink.write(&cfg.numerator, c, |i| sum[i], exp, &mut numerator);
             let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            sink.shift(&cfg.e, Reg::RoughE, c, &shift, quotient, |_| 0, &mut e_uv[c]);
+            sink.shift(&cfg.e, c, &shift, quotient, |_| 0, &mut e_uv[c]);
         }
     }
     let [e11, e12, e21, e22] = &e_uv;
     let [d1, d2, d3] = &scaled;
     let b = &cfg.b;
-    sink.write(b, Reg::RoughB, 0, |i| mul::<T>(e11[i], d1[i]), |_| 0, &mut out.b[0]);
-    sink.write(
-        b,
-        Reg::RoughB,
-        1,
-        |i| mul::<T>(e11[i], d2[i]) + mul::<T>(e12[i], d3[i]),
-        |_| 0,
-        &mut out.b[1],
-    );
-    sink.write(b, Reg::RoughB, 2, |i| mul::<T>(e21[i], d1[i]), |_| 0, &mut out.b[2]);
-    sink.write(
-        b,
-        Reg::RoughB,
-        3,
-        |i| mul::<T>(e21[i], d2[i]) + mul::<T>(e22[i], d3[i]),
-        |_| 0,
-        &mut out.b[3],
-    );
+    sink.write(b, 0, |i| mul::<T>(e11[i], d1[i]), |_| 0, &mut out.b[0]);
+    sink.write(b, 1, |i| mul::<T>(e11[i], d2[i]) + mul::<T>(e12[i], d3[i]), |_| 0, &mut out.b[1]);
+    sink.write(b, 2, |i| mul::<T>(e21[i], d1[i]), |_| 0, &mut out.b[2]);
+    sink.write(b, 3, |i| mul::<T>(e21[i], d2[i]) + mul::<T>(e22[i], d3[i]), |_| 0, &mut out.b[3]);
 }

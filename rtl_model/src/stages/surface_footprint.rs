@@ -9,7 +9,7 @@ use crate::cone::Dyadic;
 use crate::config::{Config, ConfigError};
 use crate::fx::{Block, Quantizer, block};
 use crate::policy::{ConeGradient, ConeRules};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::stages::footprint::{MAX_FACE, planar_unit};
 use crate::tables::rom::{mantissa, mantissa4};
 use crate::tap::Tap;
@@ -24,36 +24,36 @@ const LIMIT: i64 = 16_760_439;
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Port of the ray's direction.
-    pub direction: Quantizer,
+    pub direction: Register,
     /// Port of the normal.
-    pub normal: Quantizer,
+    pub normal: Register,
     /// Ports of ∂P/∂s and ∂P/∂t, or of AB and AC.
-    pub tangents: [Quantizer; 2],
+    pub tangents: [Register; 2],
     /// Port of a triangle's texture coordinates.
-    pub edge: Quantizer,
+    pub edge: Register,
     /// Ports of s and t.
-    pub st: [Quantizer; 2],
-    inv_length: Quantizer,
-    unit: [Quantizer; 2],
-    cosine: Quantizer,
+    pub st: [Register; 2],
+    inv_length: Register,
+    unit: [Register; 2],
+    cosine: Register,
     least: i64,
     otk_limit: Option<i64>,
-    inv_cosine: Quantizer,
-    stretch: Quantizer,
-    cross: Quantizer,
-    inv_cross: Quantizer,
-    across: Quantizer,
-    along: Quantizer,
-    dp_dx: Quantizer,
-    dp_dy: Quantizer,
+    inv_cosine: Register,
+    stretch: Register,
+    cross: Register,
+    inv_cross: Register,
+    across: Register,
+    along: Register,
+    dp_dx: Register,
+    dp_dy: Register,
     gradient: ConeGradient,
-    plane: Quantizer,
-    inv_square: Quantizer,
-    turned: Quantizer,
-    grad: [Quantizer; 2],
-    barycentric: Quantizer,
-    dd: [Quantizer; 2],
-    d: Quantizer,
+    plane: Register,
+    inv_square: Register,
+    turned: Register,
+    grad: [Register; 2],
+    barycentric: Register,
+    dd: [Register; 2],
+    d: Register,
     lift: i64,
     size: [i64; 2],
 }
@@ -90,7 +90,7 @@ impl Cfg {
     /// Compiles and checks the stage for a texture of `size` columns and rows.
     pub fn new(config: &Config, size: [u32; 2]) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let b = |reg| bits(config, reg);
         let max = config.policy.surface_footprint.max_anisotropy.max(1);
         for (reg, inv) in [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)] {
@@ -172,16 +172,16 @@ pub fn surface_footprint<T: Tap>(
         let (j, i) = (c / 2, c % 2);
         *sum = dot(out.dp[j], grad[i].m);
         let q = [&cfg.dp_dx, &cfg.dp_dy][j];
-        *sum_frac = i64::from(q.format.frac) + grad[i].frac - out.exponent;
+        *sum_frac = q.frac() + grad[i].frac - out.exponent;
     }
     // ddx then ddy, with one exponent.
     let [x, y] = &cfg.dd;
-    let dd = [x, x, y, y];
+    let dd: [&Quantizer; 4] = [x, x, y, y];
     let dd = match input.edge {
         None => block::gather(T::STANDARD, dd, &sums, &dot_frac),
         Some(edge) => {
             let at = block::gather(T::STANDARD, [&cfg.barycentric; 4], &sums, &dot_frac);
-            put(sink, [(Reg::SurfBarycentric, 0), (Reg::SurfBarycentric, 2)], &at);
+            sink.put(&cfg.barycentric, 0, &at, 0);
             let [b_x, c_x, b_y, c_y] = at.m;
             let [s_b, s_c, t_b, t_c] = edge.m;
             let sums = [
@@ -193,26 +193,17 @@ pub fn surface_footprint<T: Tap>(
             block::gather(T::STANDARD, dd, &sums, &[at.frac + edge.frac; 4])
         }
     };
-    put(sink, [(Reg::SurfDdx, 0), (Reg::SurfDdy, 0)], &dd);
+    for (c, m) in dd.m.iter().enumerate() {
+        sink.tap.put(sink.lane, cfg.dd[c / 2].reg, c % 2, *m, dd.frac);
+    }
     let [s_x, t_x, s_y, t_y] = dd.m;
     let [columns, rows] = cfg.size;
     let texels = [s_x * columns, s_y * columns, t_x * rows, t_y * rows];
     let d = block::normalize(T::STANDARD, &cfg.d, &texels, dd.frac + cfg.lift);
-    for (c, m) in d.m.iter().enumerate() {
-        sink.tap.put(sink.lane, Reg::SurfJac, c, *m, d.frac);
-    }
+    sink.put(&cfg.d, 0, &d, 0);
     out.d = d.m;
-    out.d_exp = i64::from(cfg.d.format.magnitude_bits()) - 1 - d.frac;
+    out.d_exp = cfg.d.block_frac() - d.frac;
     out
-}
-
-/// Shows two pairs of mantissas, each to a register and from a component on.
-#[inline(always)]
-fn put<T: Tap>(sink: &mut Sink<'_, T>, to: [(Reg, usize); 2], block: &Block<4>) {
-    for (c, m) in block.m.iter().enumerate() {
-        let (reg, first) = to[c / 2];
-        sink.tap.put(sink.lane, reg, first + c % 2, *m, block.frac);
-    }
 }
 
 /// A vector's unit vector.
@@ -220,7 +211,7 @@ fn put<T: Tap>(sink: &mut Sink<'_, T>, to: [(Reg, usize); 2], block: &Block<4>) 
 fn unit<T: Tap>(
     cfg: &Cfg,
     roms: &Roms,
-    (index, reg): (usize, Reg),
+    index: usize,
     v: &Block<3>,
     sink: &mut Sink<'_, T>,
 ) -> [i64; 3] {
@@ -228,11 +219,11 @@ fn unit<T: Tap>(
     let inv = block::normalize(T::STANDARD, &cfg.inv_length, &[roms.rsqrt.rsqrt(m)], P + e);
     let q = &cfg.unit[index];
     // Relative to the mantissas, so that the vector's own power of two does not count.
-    sink.tap.put(sink.lane, Reg::SurfInvLength, index, inv.m[0], inv.frac - v.frac);
-    let shift = inv.frac - i64::from(q.format.frac);
+    sink.put(&cfg.inv_length, index, &inv, v.frac);
+    let shift = inv.frac - q.frac();
     let mut out = [0; 3];
     for (i, o) in out.iter_mut().enumerate() {
-        *o = sink.shift(q, reg, i, v.m[i] * inv.m[0], shift, 0);
+        *o = sink.shift(q, i, v.m[i] * inv.m[0], shift, 0);
     }
     out
 }
@@ -240,33 +231,33 @@ fn unit<T: Tap>(
 /// dPdx and dPdy.
 #[inline(always)]
 fn project<T: Tap>(cfg: &Cfg, roms: &Roms, input: &In, out: &mut Out, sink: &mut Sink<'_, T>) {
-    let d = unit(cfg, roms, (0, Reg::SurfD), &input.direction, sink);
-    let n = unit(cfg, roms, (1, Reg::SurfN), &input.normal, sink);
-    let cosine = sink.write(&cfg.cosine, Reg::SurfCosine, 0, dot(d, n), 0);
+    let d = unit(cfg, roms, 0, &input.direction, sink);
+    let n = unit(cfg, roms, 1, &input.normal, sink);
+    let cosine = sink.write(&cfg.cosine, 0, dot(d, n), 0);
     let mut crossed = cross(d, n);
     let parallel = crossed == [0; 3];
     sink.flags.event(Event::SurfParallel, parallel);
     let flat = cfg.otk_limit.is_some_and(|limit| cosine.abs() >= limit);
     let n = if n == [0; 3] { [0, 0, 1 << cfg.unit[1].format.frac] } else { n };
-    let mut crossed_frac = i64::from(cfg.unit[0].format.frac) + i64::from(cfg.unit[1].format.frac);
+    let mut crossed_frac = cfg.unit[0].frac() + cfg.unit[1].frac();
     if parallel || flat {
         crossed = beside(n);
-        crossed_frac = i64::from(cfg.unit[1].format.frac);
+        crossed_frac = cfg.unit[1].frac();
     }
-    let crossed = sink.block(&cfg.cross, Reg::SurfCross, &crossed, crossed_frac, 0);
+    let crossed = sink.block(&cfg.cross, &crossed, crossed_frac, 0);
     let (m, e) = mantissa4(dot(crossed.m, crossed.m).max(1));
     let inv = [roms.rsqrt.rsqrt(m)];
-    let inv = sink.block(&cfg.inv_cross, Reg::SurfInvCross, &inv, P + e - crossed.frac, 0);
-    let shift = crossed.frac + inv.frac - i64::from(cfg.across.format.frac);
+    let inv = sink.block(&cfg.inv_cross, &inv, P + e - crossed.frac, 0);
+    let shift = crossed.frac + inv.frac - cfg.across.frac();
     let mut across = [0; 3];
     for (i, a) in across.iter_mut().enumerate() {
         let product = crossed.m[i] * inv.m[0];
-        *a = sink.shift(&cfg.across, Reg::SurfAcross, i, product, shift, 0);
+        *a = sink.shift(&cfg.across, i, product, shift, 0);
     }
     let turned = cross(n, across);
     let mut along = [0; 3];
     for (i, a) in along.iter_mut().enumerate() {
-        *a = sink.write(&cfg.along, Reg::SurfAlong, i, turned[i], 0);
+        *a = sink.write(&cfg.along, i, turned[i], 0);
     }
     // |w| in [1, 2) times 2^exponent.
     let width = input.width;
@@ -276,20 +267,20 @@ fn project<T: Tap>(cfg: &Cfg, roms: &Roms, input: &In, out: &mut Out, sink: &mut
     let w = if cfg.otk_limit.is_some() && width.negative { -w } else { w };
     let one = 1i64 << cfg.cosine.format.frac;
     let (m, e) = mantissa(if flat || parallel { one } else { cosine.abs().max(cfg.least).max(1) });
-    let inv_frac = P + e - i64::from(cfg.cosine.format.frac);
+    let inv_frac = P + e - cfg.cosine.frac();
     let inv = [roms.recip.recip(m)];
-    let inv = sink.block(&cfg.inv_cosine, Reg::SurfInvCosine, &inv, inv_frac, 0);
+    let inv = sink.block(&cfg.inv_cosine, &inv, inv_frac, 0);
     let stretch = [w * inv.m[0]];
     let stretch_frac = inv.frac + top;
-    let stretch = sink.block(&cfg.stretch, Reg::SurfStretch, &stretch, stretch_frac, out.exponent);
+    let stretch = sink.block(&cfg.stretch, &stretch, stretch_frac, out.exponent);
     for i in 0..3 {
         let q = &cfg.dp_dx;
-        let shift = i64::from(cfg.along.format.frac) + stretch.frac - i64::from(q.format.frac);
+        let shift = cfg.along.frac() + stretch.frac - q.frac();
         let product = along[i] * stretch.m[0];
-        out.dp[0][i] = sink.shift(q, Reg::SurfDpDx, i, product, shift, out.exponent);
+        out.dp[0][i] = sink.shift(q, i, product, shift, out.exponent);
         let q = &cfg.dp_dy;
-        let shift = i64::from(cfg.across.format.frac) + top - i64::from(q.format.frac);
-        out.dp[1][i] = sink.shift(q, Reg::SurfDpDy, i, across[i] * w, shift, out.exponent);
+        let shift = cfg.across.frac() + top - q.frac();
+        out.dp[1][i] = sink.shift(q, i, across[i] * w, shift, out.exponent);
     }
 }
 
@@ -314,9 +305,8 @@ fn gradients<T: Tap>(
     [s, t]: [Block<3>; 2],
     sink: &mut Sink<'_, T>,
 ) -> [Block<3>; 2] {
-    let regs = [Reg::SurfGradS, Reg::SurfGradT];
     let plane = if cfg.gradient == ConeGradient::Gram {
-        sink.block(&cfg.plane, Reg::SurfPlane, &cross(s.m, t.m), s.frac + t.frac, 0)
+        sink.block(&cfg.plane, &cross(s.m, t.m), s.frac + t.frac, 0)
     } else {
         Block { m: [0; 3], frac: 0 }
     };
@@ -327,7 +317,7 @@ fn gradients<T: Tap>(
         for (i, v) in [s, t].into_iter().enumerate() {
             let inv = inverse(cfg, roms, i, dot(v.m, v.m), 2 * v.frac, sink);
             let scaled = v.m.map(|c| c * inv.m[0]);
-            out[i] = sink.block(&cfg.grad[i], regs[i], &scaled, v.frac + inv.frac, 0);
+            out[i] = sink.block(&cfg.grad[i], &scaled, v.frac + inv.frac, 0);
         }
         return out;
     }
@@ -336,11 +326,9 @@ fn gradients<T: Tap>(
         [(cross(t.m, plane.m), t), (cross(plane.m, s.m), s)].into_iter().enumerate()
     {
         let turned = block::normalize(T::STANDARD, &cfg.turned, &turned, v.frac + plane.frac);
-        for (c, m) in turned.m.iter().enumerate() {
-            sink.tap.put(sink.lane, Reg::SurfTurned, 3 * i + c, *m, turned.frac);
-        }
+        sink.put(&cfg.turned, 3 * i, &turned, 0);
         let scaled = turned.m.map(|c| c * inv.m[0]);
-        out[i] = sink.block(&cfg.grad[i], regs[i], &scaled, turned.frac + inv.frac, 0);
+        out[i] = sink.block(&cfg.grad[i], &scaled, turned.frac + inv.frac, 0);
     }
     out
 }
@@ -358,6 +346,6 @@ fn inverse<T: Tap>(
     let (m, e) = mantissa(x.max(1));
     let y = if x == 0 { 0 } else { roms.recip.recip(m) };
     let inv = block::normalize(T::STANDARD, &cfg.inv_square, &[y], P + e - x_frac);
-    sink.tap.put(sink.lane, Reg::SurfInvSquare, index, inv.m[0], inv.frac);
+    sink.put(&cfg.inv_square, index, &inv, 0);
     inv
 }

@@ -114,9 +114,9 @@ impl HitUnit {
         let words = front.words[lane];
         let mut all_finite = true;
         for (c, word) in words.x.into_iter().enumerate() {
-            x[c][lane] = sink.scalar_port(&self.hit.x, Reg::HitX, c, word, scale, &mut all_finite);
+            x[c][lane] = sink.scalar_port(&self.hit.x, c, word, scale, &mut all_finite);
         }
-        let r = sink.vector_port(&self.hit.direction, Reg::HitDirection, words.r, &mut all_finite);
+        let r = sink.vector_port(&self.hit.direction, words.r, &mut all_finite);
         store(direction, lane, r.m);
         front.cone[lane] = words.cone.map(|cone| {
             // A stochastic store looks at the ray alone: the same bits in every lane and on every thread.
@@ -148,7 +148,7 @@ impl HitUnit {
             self.ports(front, (&mut x, &mut direction), memory.scale, sink);
         }
         // Only the direction counts: mantissas with their largest in [1, 2).
-        let frac = i64::from(self.hit.direction.format.magnitude_bits()) - 1;
+        let frac = self.hit.direction.block_frac();
         let input = hit::In { x: &x, direction: &direction, direction_frac: &[frac; N] };
         let (roms, flags) = (&self.unit.roms, &mut env.flags[..len]);
         hit::hit(&self.hit, roms, memory, input, &mut front.hit, flags, tap);

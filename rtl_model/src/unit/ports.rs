@@ -2,10 +2,9 @@
 
 use super::Unit;
 use super::block::{NO_FLAGS, Ports, State, Words};
-use crate::fx::Quantizer;
 use crate::lanes::LaneSink;
 use crate::port::{scalar_lanes, vector_lanes};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Register};
 use crate::stages::Lanes;
 use crate::tap::Tap;
 
@@ -51,16 +50,12 @@ impl Unit {
         let mut finite = [true; N];
         let flags = &mut state.flags[..state.len];
         let mut sink = LaneSink::<N, T>::new(flags, tap);
-        let (n_port, n_reg) = match &self.frame {
-            Some(frame) => (&frame.n, Reg::FrameN),
-            None => (&self.reflect.n, Reg::ReflectN),
-        };
-        let v_port = (&self.reflect.v, Reg::ReflectV);
-        vector(&mut sink, v_port, &ports.v, &mut finite, &mut input.v, &mut input.v_exp);
-        vector(&mut sink, (n_port, n_reg), &ports.n, &mut finite, &mut input.n, &mut input.n_exp);
+        let n = self.frame.as_ref().map_or(&self.reflect.n, |frame| &frame.n);
+        let v = &self.reflect.v;
+        vector(&mut sink, v, &ports.v, &mut finite, &mut input.v, &mut input.v_exp);
+        vector(&mut sink, n, &ports.n, &mut finite, &mut input.n, &mut input.n_exp);
         for col in 0..2 {
-            let dv = (&self.jacobian.dv[col], [Reg::JacDvDx, Reg::JacDvDy][col]);
-            let dn = (&self.normal.dn[col], [Reg::JacDnDx, Reg::JacDnDy][col]);
+            let (dv, dn) = (&self.jacobian.dv[col], &self.normal.dn[col]);
             for c in 0..3 {
                 let k = 3 * col + c;
                 scalar(&mut sink, dv, c, &ports.dv[k], &input.v_exp, &mut finite, &mut input.dv[k]);
@@ -69,19 +64,16 @@ impl Unit {
         }
         if let Some(bump) = &self.bump {
             for (c, b) in input.b.iter_mut().enumerate() {
-                let port = (&bump.b, Reg::BumpB);
-                scalar(&mut sink, port, c, &ports.b[c], &[0; N], &mut finite, b);
+                scalar(&mut sink, &bump.b, c, &ports.b[c], &[0; N], &mut finite, b);
             }
         }
         if let Some(rough) = &self.roughness {
             for (c, d) in input.d.iter_mut().enumerate() {
-                let port = (&rough.d, Reg::RoughD);
-                scalar(&mut sink, port, c, &ports.d[c], &[0; N], &mut finite, d);
+                scalar(&mut sink, &rough.d, c, &ports.d[c], &[0; N], &mut finite, d);
             }
         }
         if let Some(frame) = &self.frame {
-            let h_port = (&frame.h, Reg::FrameH);
-            vector(&mut sink, h_port, &ports.h, &mut finite, &mut input.h, &mut input.h_exp);
+            vector(&mut sink, &frame.h, &ports.h, &mut finite, &mut input.h, &mut input.h_exp);
         }
         let mut not_finite = [false; N];
         for (not, finite) in not_finite.iter_mut().zip(&finite) {
@@ -95,7 +87,7 @@ impl Unit {
 #[inline(always)]
 fn vector<const N: usize, T: Tap>(
     sink: &mut LaneSink<'_, N, T>,
-    (q, reg): (&Quantizer, Reg),
+    q: &Register,
     words: &[[u64; N]; 3],
     finite: &mut [bool; N],
     out: &mut Lanes<N, 3>,
@@ -103,9 +95,9 @@ fn vector<const N: usize, T: Tap>(
 ) {
     vector_lanes(sink.n, q, words, finite, out, exp);
     for (c, m) in out.iter().enumerate() {
-        sink.put(reg, c, m, |i| exp[i]);
+        sink.put(q, c, m, |i| exp[i]);
     }
-    let nominal = i64::from(q.format.magnitude_bits()) - 1;
+    let nominal = q.block_frac();
     for exp in &mut exp[..sink.n] {
         *exp = nominal - *exp;
     }
@@ -115,13 +107,13 @@ fn vector<const N: usize, T: Tap>(
 #[inline(always)]
 fn scalar<const N: usize, T: Tap>(
     sink: &mut LaneSink<'_, N, T>,
-    (q, reg): (&Quantizer, Reg),
+    q: &Register,
     c: usize,
     words: &[u64; N],
     exponent: &[i64; N],
     finite: &mut [bool; N],
     out: &mut [i64; N],
 ) {
-    scalar_lanes(sink.n, (q, reg), words, exponent, finite, sink.flags, out);
-    sink.put(reg, c, out, |i| i64::from(q.format.frac) - exponent[i]);
+    scalar_lanes(sink.n, q, words, exponent, finite, sink.flags, out);
+    sink.put(q, c, out, |i| q.frac() - exponent[i]);
 }

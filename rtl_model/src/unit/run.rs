@@ -52,7 +52,7 @@ impl Unit {
         // Without a bump but with a frame the port's format is the frame's: normalise once more.
         let n_mod_frac = match (&self.bump, &self.frame) {
             (Some(_), _) => Some(self.bump_frac),
-            (None, Some(frame)) => Some(i64::from(frame.n.format.magnitude_bits()) - 1),
+            (None, Some(frame)) => Some(frame.n.block_frac()),
             (None, None) => None,
         };
         let input = reflect::In {

@@ -170,21 +170,20 @@ impl TexUnit {
         sink: &mut Sink<'_, T>,
     ) -> surface_footprint::In {
         let cfg = &self.surface;
-        let direction = sink.vector_port(&cfg.direction, Reg::SurfDirection, words.d, finite);
-        let normal = sink.vector_port(&cfg.normal, Reg::SurfNormal, words.n, finite);
-        let regs = [Reg::SurfDpDs, Reg::SurfDpDt];
+        let direction = sink.vector_port(&cfg.direction, words.d, finite);
+        let normal = sink.vector_port(&cfg.normal, words.n, finite);
         let mut pair = |v: [[u64; 3]; 2], finite: &mut bool| {
-            [0, 1].map(|i| sink.vector_port(&cfg.tangents[i], regs[i], v[i], finite))
+            [0, 1].map(|i| sink.vector_port(&cfg.tangents[i], v[i], finite))
         };
         let (tangents, edge) = match words.tangents {
             Tangents::Surface(v) => (pair(v, finite), None),
             Tangents::Triangle { edges, st } => {
                 let tangents = pair(edges, finite);
-                (tangents, Some(sink.vector_port(&cfg.edge, Reg::SurfEdge, st, finite)))
+                (tangents, Some(sink.vector_port(&cfg.edge, st, finite)))
             }
         };
-        for (i, reg) in [Reg::SurfS, Reg::SurfT].into_iter().enumerate() {
-            st[i] = sink.scalar_port(&cfg.st[i], reg, 0, words.st[i], 0, finite);
+        for (i, q) in cfg.st.iter().enumerate() {
+            st[i] = sink.scalar_port(q, 0, words.st[i], 0, finite);
         }
         surface_footprint::In {
             direction,

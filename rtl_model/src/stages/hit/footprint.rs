@@ -3,9 +3,9 @@
 use super::{P, look_up};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::distance::{BEYOND, DistanceMemory, Kind};
-use crate::fx::{Quantizer, block};
+use crate::fx::block;
 use crate::policy::{ConeEnv, HitFootprint};
-use crate::regs::{Event, Reg};
+use crate::regs::{Event, Reg, Register};
 use crate::stages::cube_face::{components, direction};
 use crate::stages::surface_footprint::beside;
 use crate::stages::{Roms, Sink, bits, cross, dot, fits, frac};
@@ -24,24 +24,24 @@ pub struct Cfg {
     env: ConeEnv,
     max_probes: i64,
     r_frac: i64,
-    inv_across: Quantizer,
-    tangent: Quantizer,
-    tangent_crossed: Quantizer,
-    tangent_moved: Quantizer,
+    inv_across: Register,
+    tangent: Register,
+    tangent_crossed: Register,
+    tangent_moved: Register,
     moved_lift: [i64; 2],
-    inv_normal: Quantizer,
-    normal: Quantizer,
-    cosine: Quantizer,
-    inv_cosine: Quantizer,
-    along: Quantizer,
-    slope: Quantizer,
+    inv_normal: Register,
+    normal: Register,
+    cosine: Register,
+    inv_cosine: Register,
+    along: Register,
+    slope: Register,
     rotation: Option<[[i64; 3]; 3]>,
-    dv: Quantizer,
-    dv_rotated: Quantizer,
-    numerator: Quantizer,
+    dv: Register,
+    dv_rotated: Register,
+    numerator: Register,
     uv_lift: [i64; 2],
     one: i64,
-    d: Quantizer,
+    d: Register,
 }
 
 /// A ray at its hit.
@@ -67,7 +67,7 @@ impl Cfg {
     /// Compiles and checks the stage.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let b = |reg| bits(config, reg);
         let r = b(Reg::HitR);
         fits(Reg::HitInvAcross, 2 * r + 2)?;
@@ -126,11 +126,11 @@ pub fn footprint<T: Tap>(
 ) -> [i64; 4] {
     if input.escaped && cfg.env == ConeEnv::Otk {
         // OptiX Toolkit's constant 2α/π per [0, 1] of a face, the same everywhere.
-        let shift = CONSTANT_FRAC - input.width.1 - i64::from(cfg.d.format.frac);
+        let shift = CONSTANT_FRAC - input.width.1 - cfg.d.frac();
         let mut d = [0; 4];
         for (c, d) in d.iter_mut().enumerate() {
             let product = if c % 3 == 0 { input.width.0 * FOUR_OVER_PI } else { 0 };
-            *d = sink.shift(&cfg.d, Reg::JacD, c, product, shift, 0);
+            *d = sink.shift(&cfg.d, c, product, shift, 0);
         }
         return d;
     }
@@ -145,18 +145,17 @@ pub fn footprint<T: Tap>(
     let (face, u, v) = input.face;
     let (inv_ma, inv_frac) = input.inv_ma;
     for (col, t) in t.into_iter().enumerate() {
-        let shift = i64::from(cfg.tangent.format.frac) - input.width.1 + input.scale
-            - i64::from(cfg.dv.format.frac);
+        let shift = cfg.tangent.frac() - input.width.1 + input.scale - cfg.dv.frac();
         let mut dv = [0; 3];
         for (i, dv) in dv.iter_mut().enumerate() {
             let product = t[i] * input.width.0;
-            *dv = sink.shift(&cfg.dv, Reg::JacDvr, 3 * col + i, product, shift, input.scale);
+            *dv = sink.shift(&cfg.dv, 3 * col + i, product, shift, input.scale);
         }
         if let Some(a) = &cfg.rotation {
             let turned = a.map(|row| dot(row, dv));
             for (i, dv) in dv.iter_mut().enumerate() {
                 let c = 3 * col + i;
-                *dv = sink.write(&cfg.dv_rotated, Reg::JacDvr, c, turned[i], input.scale);
+                *dv = sink.write(&cfg.dv_rotated, c, turned[i], input.scale);
             }
         }
         let [sc, tc, ma] = components(face, dv);
@@ -164,11 +163,11 @@ pub fn footprint<T: Tap>(
             sc * cfg.one - ((u * ma) << cfg.uv_lift[0]),
             tc * cfg.one - ((v * ma) << cfg.uv_lift[1]),
         ];
-        let shift = i64::from(cfg.numerator.format.frac) + inv_frac - i64::from(cfg.d.format.frac);
+        let shift = cfg.numerator.frac() + inv_frac - cfg.d.frac();
         for (row, sum) in rows.into_iter().enumerate() {
             let c = 2 * row + col;
-            let numerator = sink.write(&cfg.numerator, Reg::JacNumerator, c, sum, input.scale);
-            d[c] = sink.shift(&cfg.d, Reg::JacD, c, numerator * inv_ma, shift, 0);
+            let numerator = sink.write(&cfg.numerator, c, sum, input.scale);
+            d[c] = sink.shift(&cfg.d, c, numerator * inv_ma, shift, 0);
         }
     }
     d
@@ -179,22 +178,16 @@ pub fn footprint<T: Tap>(
 fn basis<T: Tap>(cfg: &Cfg, roms: &Roms, r: [i64; 3], sink: &mut Sink<'_, T>) -> [[i64; 3]; 2] {
     let across = beside(r);
     let (m, e) = mantissa4(dot(across, across).max(1));
-    let inv = sink.block(
-        &cfg.inv_across,
-        Reg::HitInvAcross,
-        &[roms.rsqrt.rsqrt(m)],
-        P + e - cfg.r_frac,
-        0,
-    );
-    let shift = cfg.r_frac + inv.frac - i64::from(cfg.tangent.format.frac);
+    let inv = sink.block(&cfg.inv_across, &[roms.rsqrt.rsqrt(m)], P + e - cfg.r_frac, 0);
+    let shift = cfg.r_frac + inv.frac - cfg.tangent.frac();
     let mut t1 = [0; 3];
     for (i, t) in t1.iter_mut().enumerate() {
-        *t = sink.shift(&cfg.tangent, Reg::HitTangent, i, across[i] * inv.m[0], shift, 0);
+        *t = sink.shift(&cfg.tangent, i, across[i] * inv.m[0], shift, 0);
     }
     let crossed = cross(r, t1);
     let mut t2 = [0; 3];
     for (i, t) in t2.iter_mut().enumerate() {
-        *t = sink.write(&cfg.tangent_crossed, Reg::HitTangent, 3 + i, crossed[i], 0);
+        *t = sink.write(&cfg.tangent_crossed, 3 + i, crossed[i], 0);
     }
     [t1, t2]
 }
@@ -293,32 +286,27 @@ fn onto_plane<T: Tap>(
     sink: &mut Sink<'_, T>,
 ) -> [[i64; 3]; 2] {
     let (m, e) = mantissa4(dot(n, n).max(1));
-    let inv = sink.block(&cfg.inv_normal, Reg::HitInvNormal, &[roms.rsqrt.rsqrt(m)], P + e, 0);
-    let shift = inv.frac - i64::from(cfg.normal.format.frac);
+    let inv = sink.block(&cfg.inv_normal, &[roms.rsqrt.rsqrt(m)], P + e, 0);
+    let shift = inv.frac - cfg.normal.frac();
     let mut unit = [0; 3];
     for (i, u) in unit.iter_mut().enumerate() {
-        *u = sink.shift(&cfg.normal, Reg::HitNormal, i, n[i] * inv.m[0], shift, 0);
+        *u = sink.shift(&cfg.normal, i, n[i] * inv.m[0], shift, 0);
     }
     let one = 1i64 << cfg.cosine.format.frac;
     let least = (one / cfg.max_probes).max(1);
-    let cosine = sink.write(&cfg.cosine, Reg::HitCosine, 0, dot(unit, r), 0);
+    let cosine = sink.write(&cfg.cosine, 0, dot(unit, r), 0);
     let sign = if cosine < 0 { -1 } else { 1 };
     let (m, e) = mantissa(cosine.abs().max(least));
-    let inv = sink.block(
-        &cfg.inv_cosine,
-        Reg::HitInvCosine,
-        &[sign * roms.recip.recip(m)],
-        P + e - i64::from(cfg.cosine.format.frac),
-        0,
-    );
-    let shift = i64::from(cfg.along.format.frac) + inv.frac - i64::from(cfg.slope.format.frac);
+    let inv =
+        sink.block(&cfg.inv_cosine, &[sign * roms.recip.recip(m)], P + e - cfg.cosine.frac(), 0);
+    let shift = cfg.along.frac() + inv.frac - cfg.slope.frac();
     let mut out = [[0; 3]; 2];
     for (j, (out, t)) in out.iter_mut().zip(t).enumerate() {
-        let along = sink.write(&cfg.along, Reg::HitAlong, j, dot(unit, t), 0);
-        let slope = sink.shift(&cfg.slope, Reg::HitSlope, j, along * inv.m[0], shift, 0);
+        let along = sink.write(&cfg.along, j, dot(unit, t), 0);
+        let slope = sink.shift(&cfg.slope, j, along * inv.m[0], shift, 0);
         for (i, o) in out.iter_mut().enumerate() {
             let sum = (t[i] << cfg.moved_lift[0]) - ((r[i] * slope) << cfg.moved_lift[1]);
-            *o = sink.write(&cfg.tangent_moved, Reg::HitTangent, 3 * j + i, sum, 0);
+            *o = sink.write(&cfg.tangent_moved, 3 * j + i, sum, 0);
         }
     }
     out

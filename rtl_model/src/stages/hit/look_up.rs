@@ -3,9 +3,8 @@
 use super::P;
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
 use crate::distance::{BEYOND, DistanceMemory, INFINITE, Kind, box_eighths};
-use crate::fx::Quantizer;
 use crate::policy::LookUp;
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::stages::cube_face::{components, select};
 use crate::stages::{Roms, Sink, bits, dot, fits, frac};
 use crate::tables::rom::mantissa;
@@ -16,12 +15,12 @@ use crate::tap::Tap;
 pub struct Cfg {
     pub(super) rotation: Option<[[i64; 3]; 3]>,
     mode: LookUp,
-    look_up: Quantizer,
-    uv: Quantizer,
-    s: Quantizer,
-    distance: Quantizer,
-    radius: Quantizer,
-    radius_plain: Quantizer,
+    look_up: Register,
+    uv: Register,
+    s: Register,
+    distance: Register,
+    radius: Register,
+    radius_plain: Register,
 }
 
 /// The result of a look-up.
@@ -43,7 +42,7 @@ pub(super) struct Place {
 impl Cfg {
     pub(super) fn new(config: &Config) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let widest =
             bits(config, Reg::HitL).max(bits(config, Reg::HitX)).max(bits(config, Reg::HitR));
         if config.rotation.is_some() {
@@ -73,7 +72,7 @@ impl Cfg {
 
     /// Fraction bits of a reading.
     pub(super) fn radius_frac(&self) -> i64 {
-        i64::from(self.radius.format.frac)
+        self.radius.frac()
     }
 
     /// Where a direction (at most 31 bits) meets a face of `size` texels.
@@ -90,10 +89,10 @@ impl Cfg {
         let [sc, tc, ma] = components(face, q);
         let (m, e) = mantissa(ma.max(1));
         let y = roms.recip.recip(m);
-        let f = i64::from(self.uv.format.frac);
+        let f = self.uv.frac();
         let one = 1i64 << f;
         let n = i64::try_from(size).unwrap_or(1);
-        let sub = i64::from(self.s.format.frac);
+        let sub = self.s.frac();
         let half = if self.mode == LookUp::Bilinear { one } else { 0 };
         let mut out = Place { face, corner: [0; 2], weight: [0; 2] };
         for (i, s) in [sc, tc].into_iter().enumerate() {
@@ -102,7 +101,7 @@ impl Cfg {
             sink.flags.register(Reg::HitUv, over && code.abs() < one);
             sink.tap.put(sink.lane, Reg::HitUv, 2 * index + i, code, f);
             let sum = (code + one) * n - half;
-            let s = sink.write(&self.s, Reg::HitS, 2 * index + i, sum, 0);
+            let s = sink.write(&self.s, 2 * index + i, sum, 0);
             let whole = s >> sub;
             let part = s - (whole << sub);
             let low = if self.mode == LookUp::Bilinear { -1 } else { 0 };
@@ -135,10 +134,8 @@ impl Cfg {
             Some(a) => a.map(|row| dot(row, q)),
         };
         let out = crate::fx::block::normalize(T::STANDARD, &self.look_up, &q, 0);
-        for (i, m) in out.m.iter().enumerate() {
-            // Only the direction counts: its frac is that of a unit in the first place.
-            sink.tap.put(sink.lane, Reg::HitLookUp, 3 * index + i, *m, out.frac - scale);
-        }
+        // Only the direction counts: its frac is that of a unit in the first place.
+        sink.put(&self.look_up, 3 * index, &out, scale);
         out.m
     }
 
@@ -192,12 +189,9 @@ impl Cfg {
             return Reading { radius: 0, infinite: true };
         }
         let code = i64::from(code);
-        let frac = i64::from(self.distance.format.frac);
+        let frac = self.distance.frac();
         sink.tap.put(sink.lane, Reg::HitDistance, index, code, frac - scale);
-        Reading {
-            radius: sink.write(&self.radius_plain, Reg::HitRadius, index, code, scale),
-            infinite: false,
-        }
+        Reading { radius: sink.write(&self.radius_plain, index, code, scale), infinite: false }
     }
 
     #[inline(always)]
@@ -239,12 +233,9 @@ impl Cfg {
         if most >= BEYOND {
             return self.single(most, index, scale, sink);
         }
-        let frac = i64::from(self.distance.format.frac);
+        let frac = self.distance.frac();
         let shown = i64::from(heaviest.0);
         sink.tap.put(sink.lane, Reg::HitDistance, index, shown, frac - scale);
-        Reading {
-            radius: sink.write(&self.radius, Reg::HitRadius, index, sum, scale),
-            infinite: false,
-        }
+        Reading { radius: sink.write(&self.radius, index, sum, scale), infinite: false }
     }
 }

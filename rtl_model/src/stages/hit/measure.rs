@@ -28,8 +28,8 @@ impl Cfg {
         let square = dot(q, q);
         let (m, e) = mantissa4(square.max(1));
         let y = if square == 0 { 0 } else { roms.sqrt.sqrt(m, &roms.rsqrt) };
-        let shift = P - e + q_frac - i64::from(self.length.format.frac);
-        sink.shift(&self.length, Reg::HitLength, index, y, shift, scale)
+        let shift = P - e + q_frac - self.length.frac();
+        sink.shift(&self.length, index, y, shift, scale)
     }
 
     /// Writes length/dist: 0 where the distance is infinite, the largest code where it is 0.
@@ -43,7 +43,7 @@ impl Cfg {
         scale: i64,
         sink: &mut Sink<'_, T>,
     ) -> i64 {
-        let frac = i64::from(self.ratio.format.frac);
+        let frac = self.ratio.frac();
         let code = if reading.infinite {
             sink.tap.put(sink.lane, Reg::HitRatio, index, 0, frac);
             0
@@ -54,16 +54,11 @@ impl Cfg {
         } else {
             let (m, e) = mantissa(reading.radius);
             let radius_frac = self.look_up.radius_frac();
-            let inv = sink.block(
-                &self.inv_radius,
-                Reg::HitInvRadius,
-                &[roms.recip.recip(m)],
-                P + e - radius_frac,
-                -scale,
-            );
-            let shift = i64::from(self.length.format.frac) + inv.frac - frac;
+            let inv =
+                sink.block(&self.inv_radius, &[roms.recip.recip(m)], P + e - radius_frac, -scale);
+            let shift = self.length.frac() + inv.frac - frac;
             let product = length * inv.m[0];
-            sink.shift(&self.ratio, Reg::HitRatio, index, product, shift, 0)
+            sink.shift(&self.ratio, index, product, shift, 0)
         };
         code << (self.ratio_frac - frac)
     }
@@ -77,13 +72,13 @@ impl Cfg {
         scale: i64,
         sink: &mut Sink<'_, T>,
     ) -> [i64; 3] {
-        let product = i64::from(self.r.format.frac) + i64::from(self.d.format.frac);
-        let lift_x = self.l.frac_in - i64::from(self.x.format.frac);
+        let product = self.r.frac() + self.d.frac();
+        let lift_x = self.l.frac_in - self.x.frac();
         let lift = self.l.frac_in - product;
         let mut l = [0; 3];
         for (i, l) in l.iter_mut().enumerate() {
             let sum = (ray.x[i] << lift_x) + ((ray.r[i] * ray.d) << lift);
-            *l = sink.write(&self.l, Reg::HitL, 3 * index + i, sum, scale);
+            *l = sink.write(&self.l, 3 * index + i, sum, scale);
         }
         l
     }

@@ -47,22 +47,22 @@ pub(super) fn step<T: Tap>(
         return between(cfg, roms, ray.d, f, other, None, k, scale, sink);
     }
     if cfg.policy.method == Method::Secant && f > before.1 {
-        let lift = i64::from(cfg.step.format.frac) - cfg.look_up.radius_frac();
+        let lift = cfg.step.frac() - cfg.look_up.radius_frac();
         let far = 4 * ray.far;
         let most = if lift >= 0 { far << lift } else { far >> -lift };
         return between(cfg, roms, ray.d, f, before, Some(most), k, scale, sink);
     }
     // Eq. 2: towards the far point.
     let sum = ray.far * ((1 << cfg.ratio_frac) - f);
-    Some(sink.write(&cfg.step_from_radius, Reg::HitStep, k, sum, scale))
+    Some(sink.write(&cfg.step_from_radius, k, sum, scale))
 }
 
 /// (1 + ratio)/2.
 #[inline(always)]
 fn halved<T: Tap>(cfg: &Cfg, ratio: i64, k: usize, sink: &mut Sink<'_, T>) -> i64 {
     let sum = (1 << cfg.ratio_frac) + ratio;
-    let code = sink.write(&cfg.halved, Reg::HitHalved, k, sum, 0);
-    code << (cfg.ratio_frac - i64::from(cfg.halved.format.frac))
+    let code = sink.write(&cfg.halved, k, sum, 0);
+    code << (cfg.ratio_frac - cfg.halved.frac())
 }
 
 /// Eq. 3: (d − d0)(1 − f)/(f − p), at most `most`.
@@ -85,17 +85,11 @@ fn between<T: Tap>(
     }
     let (m, e) = mantissa(span.abs());
     let y = roms.recip.recip(m) * span.signum();
-    let inv = sink.block(&cfg.inv_span, Reg::HitInvSpan, &[y], P + e - cfg.ratio_frac, 0);
+    let inv = sink.block(&cfg.inv_span, &[y], P + e - cfg.ratio_frac, 0);
     let rest = (1 << cfg.ratio_frac) - f;
-    let quotient = sink.block(
-        &cfg.quotient,
-        Reg::HitQuotient,
-        &[rest * inv.m[0]],
-        cfg.ratio_frac + inv.frac,
-        0,
-    );
-    let step_frac = i64::from(cfg.step.format.frac);
-    let shift = i64::from(cfg.d.format.frac) + quotient.frac - step_frac;
+    let quotient = sink.block(&cfg.quotient, &[rest * inv.m[0]], cfg.ratio_frac + inv.frac, 0);
+    let step_frac = cfg.step.frac();
+    let shift = cfg.d.frac() + quotient.frac - step_frac;
     let product = (d - d0) * quotient.m[0];
     let (code, over) = cfg.step.write_as(T::STANDARD, product, shift);
     let clipped = most.is_some_and(|most| (over && product > 0) || code > most);

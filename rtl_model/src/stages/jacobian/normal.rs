@@ -5,10 +5,10 @@
 //! e1 stays perpendicular to h, ω = p·⟨n,h⟩/⟨e2,h⟩: ∂e1 = −p n + ω e2, ∂e2 = −q n − ω e1.
 
 use crate::config::{Config, ConfigError};
-use crate::fx::{Flags, Quantizer};
+use crate::fx::Flags;
 use crate::lanes::{LaneSink, Shift, dot, each, mantissa, mul, mul_unsigned, mul_wide};
 use crate::policy::Dnmod;
-use crate::regs::Reg;
+use crate::regs::{Reg, Register};
 use crate::stages::{Lanes, Roms, bits, block_frac, column, fits, frac, int, take};
 use crate::tables::rom::PORT_FRAC;
 use crate::tap::Tap;
@@ -19,23 +19,23 @@ const P: i64 = 30;
 #[derive(Clone, Debug, Hash)]
 pub struct Cfg {
     /// Ports of ∂n/∂x and ∂n/∂y.
-    pub dn: [Quantizer; 2],
+    pub dn: [Register; 2],
     dnmod: Dnmod,
     n_frac: i64,
-    dn_dot: [Quantizer; 2],
-    inv_nn: Quantizer,
-    along: Quantizer,
+    dn_dot: [Register; 2],
+    inv_nn: Register,
+    along: Register,
     lift_dn: [i64; 2],
     lift_along: [i64; 2],
-    dn_perp: [Quantizer; 2],
-    perp_dot_e: [Quantizer; 2],
-    tilt: Quantizer,
-    turn: [Quantizer; 2],
+    dn_perp: [Register; 2],
+    perp_dot_e: [Register; 2],
+    tilt: Register,
+    turn: [Register; 2],
     cot_frac: i64,
-    de: [Quantizer; 2],
+    de: [Register; 2],
     de_lift: [[i64; 2]; 2],
     b_lift: [i64; 2],
-    dn_mod: [Quantizer; 3],
+    dn_mod: [Register; 3],
 }
 
 /// The inputs of the stage.
@@ -71,7 +71,7 @@ impl Cfg {
     pub fn new(config: &Config, bumped: bool) -> Result<Self, ConfigError> {
         let f = |reg| frac(config, reg);
         let w = |reg| bits(config, reg);
-        let q = |reg, frac_in| Quantizer::new(config.format(reg), frac_in);
+        let q = |reg, frac_in| config.register(reg, frac_in);
         let n_frac = block_frac(config, Reg::FrameN);
         let dn_regs = [Reg::JacDnDx, Reg::JacDnDy];
         let e_regs = [Reg::FrameE1, Reg::FrameE2];
@@ -144,7 +144,6 @@ impl Cfg {
         let mut along = [0; N];
         sink.write(
             &self.dn_dot[col],
-            Reg::JacNIdotDn,
             col,
             |i| dot::<T>(take(n, i), take(dn, i)),
             |i| 2 * n_exp[i],
@@ -152,13 +151,13 @@ impl Cfg {
         );
         let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
         let mut along = [0; N];
-        sink.write(&self.along, Reg::JacAlong, col, product, |_| 0, &mut along);
+        sink.write(&self.along, col, product, |_| 0, &mut along);
         let (lift_dn, lift_along) = (self.lift_dn[col], self.lift_along[col]);
         let mut out = [[0; N]; 3];
         for (c, (out, (n, dn))) in out.iter_mut().zip(n.iter().zip(dn)).enumerate() {
             let sum = |i: usize| (dn[i] << lift_dn) - (mul::<T>(n[i], along[i]) << lift_along);
             let exp = |i: usize| n_exp[i];
-            sink.write(&self.dn_perp[col], Reg::JacDnPerp, 3 * col + c, sum, exp, out);
+            sink.write(&self.dn_perp[col], 3 * col + c, sum, exp, out);
         }
         out
     }
@@ -184,10 +183,10 @@ impl Cfg {
             if (n_h[i] < 0) == (e2_h[i] < 0) { product } else { -product }
         };
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
-        let fixed = 2 * P + self.cot_frac - i64::from(self.turn[0].format.frac);
+        let fixed = 2 * P + self.cot_frac - self.turn[0].frac();
         let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
         let mut out = [0; N];
-        sink.shift(&self.turn[0], Reg::JacTurn, 0, &shift, product, |_| 0, &mut out);
+        sink.shift(&self.turn[0], 0, &shift, product, |_| 0, &mut out);
         out
     }
 
@@ -209,18 +208,17 @@ impl Cfg {
             let mut along = [0; N];
             sink.write(
                 &self.perp_dot_e[k],
-                Reg::JacPerpDotE,
                 c,
                 |i| dot::<T>(take(perp, i), take(e[k], i)),
                 |i| 2 * n_exp[i],
                 &mut along,
             );
             let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
-            sink.write(&self.tilt, Reg::JacTilt, c, product, |_| 0, tilt);
+            sink.write(&self.tilt, c, product, |_| 0, tilt);
         }
         let product = |i: usize| mul::<T>(tilt[0][i], cot[i]);
         let mut turn = [0; N];
-        sink.write(&self.turn[1], Reg::JacTurn, 1 + col, product, |_| 0, &mut turn);
+        sink.write(&self.turn[1], 1 + col, product, |_| 0, &mut turn);
         let mut out = [[0; N]; 3];
         for (c, out) in out.iter_mut().enumerate() {
             *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
@@ -233,7 +231,7 @@ impl Cfg {
                 };
                 let at = 6 * col + 3 * k + c;
                 let mut de = [0; N];
-                sink.write(&self.de[k], Reg::JacDe, at, exact, |i| n_exp[i], &mut de);
+                sink.write(&self.de[k], at, exact, |i| n_exp[i], &mut de);
                 *out = each(lanes, |i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
             }
         }
@@ -251,7 +249,7 @@ pub fn normal<const N: usize, T: Tap>(
     flags: &mut [Flags],
     tap: &mut T,
 ) {
-    let mod_frac = i64::from(cfg.dn_mod[0].format.frac);
+    let mod_frac = cfg.dn_mod[0].frac();
     let mut sink = LaneSink::<N, T>::new(flags, tap);
     let lanes = sink.n;
     let (n_exp, lift) = (input.n_exp, input.n_lift);
@@ -262,7 +260,7 @@ pub fn normal<const N: usize, T: Tap>(
                 let shift = Shift::new(lanes, q, |i| q.frac_in - mod_frac + lift[i]);
                 for c in 3 * col..3 * col + 3 {
                     let dn = |i: usize| input.dn[c][i];
-                    sink.shift(q, Reg::JacDnMod, c, &shift, dn, exp, &mut dn_mod[c]);
+                    sink.shift(q, c, &shift, dn, exp, &mut dn_mod[c]);
                 }
             }
             return;
@@ -274,17 +272,17 @@ pub fn normal<const N: usize, T: Tap>(
     let [mut m, mut e, mut inv] = [[0; N]; 3];
     mantissa(lanes, |i| square[i], &mut m, &mut e);
     roms.recip.recip_lanes::<N, T>(lanes, &m, &mut inv);
-    let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - i64::from(cfg.inv_nn.format.frac);
+    let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - cfg.inv_nn.frac();
     let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
     let inv_exp = |i: usize| -2 * n_exp[i];
     let mut inv_nn = [0; N];
-    sink.shift(&cfg.inv_nn, Reg::JacInvNn, 0, &shift, |i| inv[i], inv_exp, &mut inv_nn);
+    sink.shift(&cfg.inv_nn, 0, &shift, |i| inv[i], inv_exp, &mut inv_nn);
     let mut perp = [[[0; N]; 3]; 2];
     for (col, perp) in perp.iter_mut().enumerate() {
         *perp = cfg.perpendicular(&mut sink, col, n, column(input.dn, col), &inv_nn, n_exp);
     }
     let q = &cfg.dn_mod[2];
-    let mut exact_frac = i64::from(cfg.dn_perp[0].format.frac);
+    let mut exact_frac = cfg.dn_perp[0].frac();
     if cfg.dnmod == Dnmod::Frame {
         let n_h = each(lanes, |i| dot::<T>(take(n, i), take(frame.h, i)));
         let e2_h = each(lanes, |i| dot::<T>(take(frame.e2, i), take(frame.h, i)));
@@ -298,7 +296,7 @@ pub fn normal<const N: usize, T: Tap>(
     for (col, perp) in perp.iter().enumerate() {
         for (c, perp) in perp.iter().enumerate() {
             let c = 3 * col + c;
-            sink.shift(q, Reg::JacDnMod, c, &shift, |i| perp[i], exp, &mut dn_mod[c]);
+            sink.shift(q, c, &shift, |i| perp[i], exp, &mut dn_mod[c]);
         }
     }
 }
