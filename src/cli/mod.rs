@@ -130,6 +130,13 @@ enum Command {
     Gpu(gpu::Args),
 }
 
+/// The command line's own definition, from which docs/commands.md is written.
+#[must_use]
+pub fn command() -> clap::Command {
+    use clap::CommandFactory as _;
+    Cli::command()
+}
+
 /// Runs the command line; the exit status is 0 (done, agrees), 1 (disagrees) or 2 (usage, input).
 #[must_use]
 pub fn run() -> ExitCode {

@@ -4,13 +4,11 @@
 
 use std::fmt::Write as _;
 
-use rtl_model::policy::{HitStatus, Legal, Place, ROWS, Row};
-
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
-use crate::policy::Policy as Knobs;
+use crate::policy::{HitStatus, Legal, Place, Policy as Knobs, ROWS, Row};
 use crate::scene::tex::camera::{Camera, Lens};
 use crate::settings::Settings;
 

@@ -1,5 +1,6 @@
 //! Tables, worked examples and printed outputs of the documents are what the code does.
 
+mod commands;
 mod examples;
 mod extremes;
 mod registers;
