@@ -9,13 +9,13 @@ use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use tapline::conformance::bench::{Build, Model, model};
 use tapline::conformance::subject::Subject;
+use tapline::conformance::{Build, Device as _, Harness, harness};
 use tapline::unit::file;
 
 /// A stage or an operation of a unit, with the numbers of one case.
 pub struct Bench {
-    model: Box<dyn Model>,
+    model: Harness,
     input: Vec<i64>,
     output: Vec<i64>,
     ranges: Vec<[i64; 2]>,
@@ -47,7 +47,7 @@ impl Bench {
     fn open(subject: Option<&str>, unit: Option<&str>, build: Build) -> Result<Self, String> {
         let subject = Subject::parse(subject.unwrap_or("")).map_err(|e| e.to_string())?;
         let (spec, _) = file::load(unit, &[]).map_err(|e| e.to_string())?;
-        let model = model(&spec, subject, build).map_err(|e| e.to_string())?;
+        let model = harness(&spec, subject, build).map_err(|e| e.to_string())?;
         let shape = model.shape();
         let inputs = shape.input_len();
         let ranges = shape.numbers().take(inputs).map(|(f, _)| f.range).collect();

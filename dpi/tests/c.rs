@@ -8,10 +8,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use tapline::conformance::bench::{Build, model};
 use tapline::conformance::cases::{Schedule, fill};
 use tapline::conformance::header::{Language, declare};
 use tapline::conformance::subject::Subject;
+use tapline::conformance::{Build, Device as _, harness};
 use tapline::stage::Stage;
 use tapline::unit::UnitSpec;
 
@@ -35,7 +35,7 @@ fn a_c_program_gets_the_bits_of_the_model() {
         return;
     };
     let subject = Subject::Stage(Stage::Reflect);
-    let mut own = model(&UnitSpec::default(), subject, Build::default()).unwrap();
+    let mut own = harness(&UnitSpec::default(), subject, Build::default()).unwrap();
     let shape = own.shape().clone();
     let work = std::env::temp_dir().join(format!("tapline-dpi-{}", std::process::id()));
     std::fs::create_dir_all(&work).unwrap();
@@ -58,7 +58,7 @@ fn a_c_program_gets_the_bits_of_the_model() {
         .unwrap();
     assert!(status.success());
 
-    let schedule = Schedule::new(own.as_ref(), subject, 1, 4);
+    let schedule = Schedule::new(&own, subject, 1, 4);
     let mut input = vec![0; shape.input_len()];
     let mut output = vec![0; shape.output_len()];
     let (mut lines, mut want) = (String::new(), String::new());
@@ -67,7 +67,7 @@ fn a_c_program_gets_the_bits_of_the_model() {
         words.join(" ") + "\n"
     };
     for k in (0..schedule.cases()).step_by(7) {
-        fill(own.as_mut(), subject, schedule.place(k), &mut input);
+        fill(&mut own, subject, schedule.place(k), &mut input);
         own.run(&input, &mut output);
         lines += &text(&input);
         want += &text(&output);

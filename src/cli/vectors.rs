@@ -7,12 +7,12 @@ use clap::{Subcommand, ValueEnum};
 use super::Failure;
 use super::args::UnitArgs;
 use crate::base::num;
-use crate::conformance::bench::{self, Build, Model};
 use crate::conformance::cases::{self, Schedule};
 use crate::conformance::check::{Checker, Verdict};
 use crate::conformance::header::{self, Language};
 use crate::conformance::subject::Subject;
 use crate::conformance::text::{self, Format, Header};
+use crate::conformance::{Build, Device as _, Harness, harness};
 use crate::error::InputError;
 use crate::unit::UnitSpec;
 
@@ -91,11 +91,11 @@ struct What {
 }
 
 impl What {
-    fn load(&self) -> Result<(Box<dyn Model>, Subject, Build, UnitSpec), InputError> {
+    fn load(&self) -> Result<(Harness, Subject, Build, UnitSpec), InputError> {
         let subject = Subject::parse(&self.stage)?;
         let spec = self.unit.load()?;
         let build = Build { bump: !self.plain, rough: !self.plain, size: self.face_size };
-        let model = bench::model(&spec, subject, build)?;
+        let model = harness(&spec, subject, build)?;
         Ok((model, subject, build, spec))
     }
 }
@@ -117,7 +117,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 
 fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<(), Failure> {
     let (mut model, subject, build, spec) = what.load()?;
-    let schedule = Schedule::new(model.as_ref(), subject, level, seed);
+    let schedule = Schedule::new(&model, subject, level, seed);
     let count = count.unwrap_or_else(|| schedule.cases());
     let header = Header { subject, unit: spec.hash(), build, level, seed, count };
     let shape = model.shape().clone();
@@ -126,7 +126,7 @@ fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<()
     let mut input = vec![0; shape.input_len()];
     let mut output = vec![0; shape.output_len()];
     for index in 0..count {
-        cases::fill(model.as_mut(), subject, schedule.place(index), &mut input);
+        cases::fill(&mut model, subject, schedule.place(index), &mut input);
         model.run(&input, &mut output);
         let line = text::line(&shape, what.format, &input, &output);
         writeln!(out, "{line}")?;
@@ -180,7 +180,7 @@ pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     let build = Build { size: 1, ..Build::default() };
     let subject = Subject::parse("eigen")?;
     for exact in [false, true] {
-        let model = bench::model(&spec, subject, build)?;
+        let model = harness(&spec, subject, build)?;
         let mut checker = Checker::new(model, subject, build, exact);
         let header = header_of(&spec, subject, build);
         let mut reader = bytes;

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use rtl_model::Config;
 use rtl_model::regs::Reg;
 
-use super::bench::Build;
 use super::cases::Class;
 use super::exact::Finding;
+use super::harness::Build;
 use super::run::Runner;
 use super::stimuli::Stimulus;
 use super::subject::Subject;

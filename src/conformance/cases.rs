@@ -1,7 +1,7 @@
 //! The cases of a subject: by class, seed and index, each one reproducible alone.
 
-use super::bench::Model;
 use super::field::{Field, Meaning};
+use super::harness::{Device as _, Harness};
 use super::patterns;
 use super::stimuli::{exponents, extreme, ordinary, rows};
 use super::subject::Subject;
@@ -59,8 +59,8 @@ pub struct Place {
     pub index: u64,
 }
 
-/// The numbers of a case that a model's bench of `subject` takes.
-pub fn fill(model: &mut dyn Model, subject: Subject, place: Place, input: &mut [i64]) {
+/// The numbers of a case that a harness of `subject` takes.
+pub fn fill(model: &mut Harness, subject: Subject, place: Place, input: &mut [i64]) {
     let Place { class, level, seed, index } = place;
     let mut random = Random::of_case(seed, class.salt(), index);
     let stimulus = match class {
@@ -76,7 +76,7 @@ pub fn fill(model: &mut dyn Model, subject: Subject, place: Place, input: &mut [
 
 /// Patterns that class `Patterns` has at a level before it starts again with other numbers around them.
 #[must_use]
-pub fn sweep_len(model: &dyn Model, level: u32) -> u64 {
+pub fn sweep_len(model: &Harness, level: u32) -> u64 {
     let shape = model.shape();
     shape.inputs.iter().map(|f| patterns::count(f, level) * num::u64(f.components)).sum()
 }
@@ -93,7 +93,7 @@ pub struct Schedule {
 impl Schedule {
     /// The schedule of a subject: at level 2 the extremes in all of the cube's symmetries.
     #[must_use]
-    pub fn new(model: &dyn Model, subject: Subject, level: u32, seed: u64) -> Self {
+    pub fn new(model: &Harness, subject: Subject, level: u32, seed: u64) -> Self {
         let turns = if level > 1 { 48 } else { 1 };
         Self { extremes: rows(subject) * turns, patterns: sweep_len(model, level), level, seed }
     }
@@ -122,7 +122,7 @@ impl Schedule {
 }
 
 /// Puts a pattern at the number and with the kind that `index` says; at level 2 another one, at random.
-fn sweep(model: &dyn Model, level: u32, index: u64, random: &mut Random, input: &mut [i64]) {
+fn sweep(model: &Harness, level: u32, index: u64, random: &mut Random, input: &mut [i64]) {
     let shape = model.shape();
     let total = sweep_len(model, level).max(1);
     let mut rest = index % total;

@@ -1,8 +1,8 @@
 //! The judges of a device's vectors: by the integer model's bits, or by the rounding that the formats allow.
 
-use super::bench::{Build, Model, flag_names, overlay};
 use super::exact::{Case, Finding, Judge};
 use super::field::{Field, Meaning};
+use super::harness::{Build, Device as _, Harness, flag_names, overlay};
 use super::subject::Subject;
 use super::text::{self, Format, Malformed};
 use crate::base::num;
@@ -35,7 +35,7 @@ pub enum Verdict {
 
 /// Reads cases and judges them, one at a time.
 pub struct Checker {
-    model: Box<dyn Model>,
+    model: Harness,
     judge: Option<Judge>,
     numbers: Vec<i64>,
     expected: Vec<i64>,
@@ -125,7 +125,7 @@ impl Difference {
 impl Checker {
     /// A judge of a subject's vectors; `exact` for the allowed sets of the formats instead of the model's bits.
     #[must_use]
-    pub fn new(model: Box<dyn Model>, subject: Subject, build: Build, exact: bool) -> Self {
+    pub fn new(model: Harness, subject: Subject, build: Build, exact: bool) -> Self {
         let outputs = model.shape().output_len();
         let judge = exact.then(|| Judge::new(model.config(), subject, build));
         Self {
@@ -212,7 +212,7 @@ impl Checker {
     }
 
     /// The model.
-    pub fn model(&mut self) -> &mut dyn Model {
-        self.model.as_mut()
+    pub fn model(&mut self) -> &mut Harness {
+        &mut self.model
     }
 }

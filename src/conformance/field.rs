@@ -204,6 +204,12 @@ impl Field {
         }
     }
 
+    /// A cone's code.
+    pub(super) fn small(config: &Config, stage: Stage, name: &str, text: &str) -> Self {
+        let bits = config.policy.cone.format.float().width();
+        Self::new(stage, name, 1, (false, bits), Meaning::Small, text)
+    }
+
     /// Sticky flags of a stage.
     #[must_use]
     pub fn flags(stage: Stage, registers: &[Reg]) -> Self {
@@ -215,6 +221,19 @@ impl Field {
         let bits = u32::try_from(names.len().max(1)).unwrap_or(63);
         let text = "sticky flags: bit k is set where the k-th register left its range or the event happened";
         Self::new(stage, "flags", 1, (false, bits), Meaning::Flags(names), text)
+    }
+
+    /// Fields of the stages behind an operation's own, as HIT and TEX have them.
+    pub(super) fn behind(config: &Config, own: Stage, stages: &[Stage], out: &mut Vec<Self>) {
+        for stage in stages.iter().filter(|stage| **stage != own) {
+            let first = out.len();
+            others(config, *stage, out);
+            // A ray without a cone takes no probe.
+            out.extend(beside(config, *stage, 0));
+            for field in &mut out[first..] {
+                field.name = format!("{}.{}", stage.name(), field.name);
+            }
+        }
     }
 
     /// Hexadecimal digits of one number in a vector file.
@@ -234,6 +253,21 @@ impl Field {
     pub fn identifier(&self) -> String {
         self.name.replace('.', "_")
     }
+}
+
+/// Registers that the footprint at the hit writes of other stages, and those of the back end.
+fn others(config: &Config, stage: Stage, out: &mut Vec<Field>) {
+    let mut regs = Vec::new();
+    for reg in registers(stage) {
+        let turned = reg == Reg::FaceRotated && config.rotation.is_none();
+        let written = [Reg::JacDvr, Reg::JacNumerator, Reg::JacD].contains(&reg);
+        if turned || (stage == Stage::Jacobian && !written) {
+            continue;
+        }
+        regs.push(reg);
+        Field::written(config, stage, reg, components(config, stage, reg), out);
+    }
+    out.push(Field::flags(stage, &regs));
 }
 
 /// Components of a block register that share an exponent.

@@ -3,20 +3,25 @@
 //! A suite of an operation runs every stage of it on the suite's cases; stages have no suites of their own there, because
 //! the kernels get their operands from the reference and never from the stage before.
 
+use rtl_model::unit::Needs;
+
+use super::env::fragment;
+use super::hit::ray;
+use super::memory;
+use super::ray_cone::operation;
 use super::run::Runner;
 use super::subject::Subject;
 use super::suite::Suite;
+use super::tex::request;
 use crate::base::num;
 use crate::engine::gpu::check::{Requests, StageChecks, check_env, check_hit, check_requests};
 use crate::engine::tex::value;
 use crate::error::InputError;
-use crate::fragment::{Fragment, HitFragment, PixelFragment, Tangents, TexFragment};
+use crate::fragment::PixelFragment;
 use crate::gpu::{Gpu, GpuError};
-use crate::reference::ray_cone::{Angle, Cone, Step, Width};
+use crate::reference::ray_cone::{Angle, Cone, Width};
 use crate::stage::Stage;
-use crate::unit::{ReferenceAxis, UnitSpec};
-
-use super::memory;
+use crate::unit::ReferenceAxis;
 
 /// The result of a suite on the GPU.
 #[derive(Clone, Debug)]
@@ -43,75 +48,6 @@ pub fn concerns(suite: &Suite) -> bool {
 /// The place of a case as the pixel that the checks name.
 fn pixel(index: u64) -> [u32; 2] {
     [num::u32(index), 0]
-}
-
-/// Numbers of an input as doubles.
-struct Reals<'a>(std::slice::Iter<'a, i64>);
-
-impl Reals<'_> {
-    fn next(&mut self) -> f64 {
-        self.0.next().map_or(0.0, |x| f64::from_bits(x.cast_unsigned()))
-    }
-
-    fn many<const N: usize>(&mut self) -> [f64; N] {
-        std::array::from_fn(|_| self.next())
-    }
-
-    fn code(&mut self) -> u32 {
-        self.0.next().and_then(|x| u32::try_from(*x).ok()).unwrap_or(0)
-    }
-}
-
-fn fragment(input: &[i64], parts: bool) -> Fragment {
-    let mut reals = Reals(input.iter());
-    Fragment {
-        v: reals.many(),
-        n: reals.many(),
-        dv_dx: reals.many(),
-        dv_dy: reals.many(),
-        dn_dx: reals.many(),
-        dn_dy: reals.many(),
-        h: parts.then(|| reals.many()),
-        bump: parts.then(|| reals.many()),
-        rough: parts.then(|| reals.many()),
-    }
-}
-
-fn ray(input: &[i64]) -> HitFragment {
-    let mut reals = Reals(input.iter());
-    let (x, r, cone) = (reals.many(), reals.many(), reals.many());
-    HitFragment { x, r, cone: (reals.code() == 1).then_some(cone) }
-}
-
-fn request(spec: &UnitSpec, input: &[i64]) -> (TexFragment, f64) {
-    let mut reals = Reals(input.iter());
-    let width = value(spec.config.policy.cone.format.float().unpack(reals.code()).0);
-    let (d, n, dp_ds, dp_dt) = (reals.many(), reals.many(), reals.many(), reals.many());
-    let [s_b, s_c, t_b, t_c] = reals.many();
-    let tangents = if reals.code() == 1 {
-        Tangents::Triangle { edges: [dp_ds, dp_dt], st: [[s_b, t_b], [s_c, t_c]] }
-    } else {
-        Tangents::Surface { dp_ds, dp_dt }
-    };
-    let st = reals.many();
-    let fragment = TexFragment { d, n, tangents, st };
-    (fragment, width)
-}
-
-fn operation(spec: &UnitSpec, input: &[i64]) -> (Cone, Step) {
-    let format = spec.config.policy.cone.format.float();
-    let mut reals = Reals(input.iter());
-    let operation = reals.code();
-    let [angle, width] = [reals.code(), reals.code()].map(|code| value(format.unpack(code).0));
-    let [first, second, third] = reals.many();
-    let step = match operation {
-        0 => Step::Propagate(first),
-        1 => Step::Reflect(first),
-        2 => Step::Refract { curvature: first, outside: second, inside: third },
-        _ => Step::Scatter(first),
-    };
-    let cone = Cone { angle: Angle(angle), width: Width(width) };
-    (cone, step)
 }
 
 /// Registers within 2^±60: their squares are normal numbers of binary32.
@@ -165,22 +101,26 @@ pub fn run(
         Subject::Tex | Subject::Stage(Stage::RayCone) => {
             let mut requests = Requests::default();
             for (k, input) in &inputs {
+                let number = |code| value(spec.config.policy.cone.format.float().unpack(code).0);
                 if suite.subject == Subject::Tex {
-                    let (fragment, width) = request(&spec, input);
-                    requests.surfaces.push((pixel(*k), fragment, width));
+                    let (fragment, width) = request(input);
+                    requests.surfaces.push((pixel(*k), fragment, number(width)));
                 } else {
-                    let (cone, step) = operation(&spec, input);
+                    let (cone, step, _) = operation(input);
+                    let [angle, width] = cone.map(number);
+                    let cone = Cone { angle: Angle(angle), width: Width(width) };
                     requests.steps.push((pixel(*k), cone, step));
                 }
             }
             check_requests(gpu, &settings, &memory::planar(build.size), &requests)
         }
         Subject::Env | Subject::Stage(_) => {
+            let needs = Needs { bump: build.bump, rough: build.rough };
             let fragments: Vec<PixelFragment> = inputs
                 .iter()
                 .map(|(k, input)| PixelFragment {
                     pixel: pixel(*k),
-                    fragment: fragment(input, build.bump),
+                    fragment: fragment(input, needs),
                 })
                 .collect();
             check_env(gpu, &settings, &cube, &fragments, &|_| ())

@@ -1,9 +1,9 @@
 //! Running suites: cases in parallel, the first failure minimised.
 
-use super::bench::{Bench, Build, Model, model, overlay};
 use super::cases::{Class, Place, fill};
 use super::check::{Difference, beyond, difference};
 use super::exact::{Case, Finding, Judge};
+use super::harness::{Build, Device as _, Harness, overlay};
 use super::stimuli::Stimulus;
 use super::subject::Subject;
 use super::suite::Suite;
@@ -68,13 +68,13 @@ pub struct Outcome {
     pub vacuous: Option<&'static str>,
 }
 
-/// A subject's bench in a unit, with what judges it.
+/// A subject's harness in a unit, with what judges it.
 pub struct Runner {
     subject: Subject,
     class: Class,
-    model: Box<dyn Model>,
+    model: Harness,
     /// Another instance, whose registers hold other cases: nothing may be left of them.
-    fresh: Box<dyn Model>,
+    fresh: Harness,
     judge: Judge,
     level: u32,
     seed: u64,
@@ -98,25 +98,25 @@ impl Runner {
         Ok(Self {
             subject,
             class,
-            model: model(spec, subject, build)?,
-            fresh: model(spec, subject, build)?,
+            model: super::harness(spec, subject, build)?,
+            fresh: super::harness(spec, subject, build)?,
             judge: Judge::new(&spec.config, subject, build),
             level: 2,
             seed,
         })
     }
 
-    /// The bench.
+    /// The harness.
     #[must_use]
-    pub fn model(&self) -> &dyn Model {
-        self.model.as_ref()
+    pub fn model(&self) -> &Harness {
+        &self.model
     }
 
     /// The inputs of a case.
     pub fn input(&mut self, index: u64) -> Vec<i64> {
         let place = Place { class: self.class, level: self.level, seed: self.seed, index };
         let mut input = vec![0; self.model.shape().input_len()];
-        fill(self.model.as_mut(), self.subject, place, &mut input);
+        fill(&mut self.model, self.subject, place, &mut input);
         input
     }
 
@@ -167,7 +167,7 @@ impl Runner {
                 self.fresh.run(input, &mut other);
                 let shape = self.model.shape();
                 let differs = difference(&shape.outputs, output, &other);
-                (differs.or_else(|| out_of_range(self.model.as_ref(), output)), 0)
+                (differs.or_else(|| out_of_range(&self.model, output)), 0)
             }
             Engine::F64 | Engine::Gpu => {
                 let findings = self.findings(input, output);
@@ -239,7 +239,7 @@ impl Runner {
 }
 
 /// The first output outside of its field.
-fn out_of_range(model: &dyn Model, output: &[i64]) -> Option<Difference> {
+fn out_of_range(model: &Harness, output: &[i64]) -> Option<Difference> {
     let mut at = 0;
     for field in &model.shape().outputs {
         let [low, high] = field.range;
@@ -258,18 +258,4 @@ fn out_of_range(model: &dyn Model, output: &[i64]) -> Option<Difference> {
         at += field.components;
     }
     None
-}
-
-/// Compares a device with the integer model on one case.
-#[must_use]
-pub fn against_model(
-    model: &mut dyn Model,
-    device: &mut dyn Bench,
-    input: &[i64],
-) -> Option<Difference> {
-    let outputs = model.shape().output_len();
-    let (mut want, mut has) = (vec![0; outputs], vec![0; outputs]);
-    model.run(input, &mut want);
-    device.run(input, &mut has);
-    difference(&model.shape().outputs, &has, &want)
 }

@@ -2,8 +2,8 @@
 
 use rtl_model::regs::{Kind, Reg};
 
-use super::bench::Build;
 use super::cases::Class;
+use super::harness::Build;
 use super::subject::Subject;
 use crate::error::InputError;
 use crate::stage::Stage;

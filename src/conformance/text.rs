@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::bench::Build;
 use super::field::{Field, Meaning, Shape};
+use super::harness::Build;
 use super::subject::Subject;
 
 /// Version of the files' layout.

@@ -1,11 +1,10 @@
 //! Mutation test of the judges: a copy of the unit with one rounding, one sign or one table entry changed, as data.
 
-use tapline::conformance::bench::{Bench, Build, Model, model};
 use tapline::conformance::cases::{Class, Place, fill};
 use tapline::conformance::check::{Checker, Difference};
-use tapline::conformance::env::EnvUnit;
 use tapline::conformance::field::registers;
 use tapline::conformance::subject::Subject;
+use tapline::conformance::{Build, Device, Harness, harness};
 use tapline::stage::Stage;
 use tapline::unit::{UnitSpec, file};
 
@@ -13,19 +12,19 @@ const CASES: u64 = 60;
 
 /// Ordinary inputs of a subject.
 fn inputs(subject: Subject) -> Vec<Vec<i64>> {
-    let mut own = model(&UnitSpec::default(), subject, Build::default()).unwrap();
+    let mut own = harness(&UnitSpec::default(), subject, Build::default()).unwrap();
     (0..CASES)
         .map(|index| {
             let place = Place { class: Class::Ordinary, level: 1, seed: 5, index };
             let mut input = vec![0; own.shape().input_len()];
-            fill(own.as_mut(), subject, place, &mut input);
+            fill(&mut own, subject, place, &mut input);
             input
         })
         .collect()
 }
 
 /// The first difference that a judge of the default unit finds in a device.
-fn caught(subject: Subject, device: &mut dyn Bench, exact: bool) -> Option<Difference> {
+fn caught(subject: Subject, device: &mut dyn Device, exact: bool) -> Option<Difference> {
     caught_by(&UnitSpec::default(), subject, device, exact)
 }
 
@@ -33,10 +32,10 @@ fn caught(subject: Subject, device: &mut dyn Bench, exact: bool) -> Option<Diffe
 fn caught_by(
     spec: &UnitSpec,
     subject: Subject,
-    device: &mut dyn Bench,
+    device: &mut dyn Device,
     exact: bool,
 ) -> Option<Difference> {
-    let own = model(spec, subject, Build::default()).unwrap();
+    let own = harness(spec, subject, Build::default()).unwrap();
     let mut judge = Checker::new(own, subject, Build::default(), exact);
     let mut output = vec![0; device.shape().output_len()];
     inputs(subject).iter().find_map(|input| {
@@ -89,10 +88,10 @@ fn one_rounding_changed_is_caught_and_located_in_every_stage_by_both_judges() {
         let mut located = [0; 2];
         for (change, name) in changes {
             let mut device =
-                model(&unit(std::slice::from_ref(&change)), subject, Build::default()).unwrap();
+                harness(&unit(std::slice::from_ref(&change)), subject, Build::default()).unwrap();
             for (k, exact) in [false, true].into_iter().enumerate() {
                 // A register that rounds nothing in this unit has no wrong rounding.
-                let Some(found) = caught(subject, device.as_mut(), exact) else {
+                let Some(found) = caught(subject, &mut device, exact) else {
                     continue;
                 };
                 let field = found.field.rsplit('.').next().unwrap();
@@ -113,11 +112,11 @@ fn one_rounding_changed_is_caught_and_located_in_every_stage_by_both_judges() {
 
 /// A device that turns the sign of one number of its outputs.
 struct Turned {
-    own: Box<dyn Model>,
+    own: Harness,
     at: usize,
 }
 
-impl Bench for Turned {
+impl Device for Turned {
     fn shape(&self) -> &tapline::conformance::field::Shape {
         self.own.shape()
     }
@@ -133,12 +132,15 @@ fn one_sign_changed_is_caught_and_located_at_every_signed_number() {
     use tapline::conformance::field::Meaning;
     let mut failures = Vec::new();
     for subject in [Subject::Env, Subject::Hit, Subject::Tex] {
-        let shape = model(&UnitSpec::default(), subject, Build::default()).unwrap().shape().clone();
+        let shape =
+            harness(&UnitSpec::default(), subject, Build::default()).unwrap().shape().clone();
         let mut at = 0;
         for field in &shape.outputs {
             let code = matches!(field.meaning, Meaning::Code(_) | Meaning::Mantissa(_));
-            let mut device =
-                Turned { own: model(&UnitSpec::default(), subject, Build::default()).unwrap(), at };
+            let mut device = Turned {
+                own: harness(&UnitSpec::default(), subject, Build::default()).unwrap(),
+                at,
+            };
             at += field.components;
             if !(code && field.signed) {
                 continue;
@@ -184,8 +186,8 @@ fn one_table_entry_off_by_an_lsb_is_caught_where_the_table_is_read_first() {
         let mut found = 0;
         // Some entries of each: a Newton step may hide an LSB of one.
         for entry in 0..12 {
-            let mut device = EnvUnit::new(&spec, build).unwrap();
-            let roms = device.roms();
+            let mut device = harness(&spec, Subject::Env, build).unwrap();
+            let roms = device.roms().unwrap();
             let values = match table {
                 "recip" => &mut roms.recip.values,
                 "rsqrt" => &mut roms.rsqrt.values,
@@ -211,9 +213,9 @@ fn one_table_entry_off_by_an_lsb_is_caught_where_the_table_is_read_first() {
 #[test]
 fn the_unit_itself_is_right_by_both_judges() {
     for subject in Subject::all() {
-        let mut device = model(&UnitSpec::default(), subject, Build::default()).unwrap();
+        let mut device = harness(&UnitSpec::default(), subject, Build::default()).unwrap();
         for exact in [false, true] {
-            let found = caught(subject, device.as_mut(), exact);
+            let found = caught(subject, &mut device, exact);
             assert_eq!(found, None, "{}", subject.name());
         }
     }

@@ -1,10 +1,10 @@
 //! Vector files: every format holds the same numbers, and what is malformed is named by line and column.
 
-use tapline::conformance::bench::{Build, model};
 use tapline::conformance::cases::{Schedule, fill};
 use tapline::conformance::header::{Language, declare};
 use tapline::conformance::subject::Subject;
 use tapline::conformance::text::{self, Format, Header};
+use tapline::conformance::{Build, Device as _, harness};
 use tapline::unit::UnitSpec;
 
 #[test]
@@ -12,15 +12,15 @@ fn every_format_of_every_subject_reads_back_what_was_written() {
     for subject in Subject::all() {
         for level in [1, 2] {
             let spec = UnitSpec::default();
-            let mut own = model(&spec, subject, Build::default()).unwrap();
-            let schedule = Schedule::new(own.as_ref(), subject, level, 3);
+            let mut own = harness(&spec, subject, Build::default()).unwrap();
+            let schedule = Schedule::new(&own, subject, level, 3);
             let shape = own.shape().clone();
             let mut input = vec![0; shape.input_len()];
             let mut output = vec![0; shape.output_len()];
             let step = schedule.cases() / 20;
             let mut moving = false;
             for k in 0..20 {
-                fill(own.as_mut(), subject, schedule.place(k * step), &mut input);
+                fill(&mut own, subject, schedule.place(k * step), &mut input);
                 own.run(&input, &mut output);
                 moving |= output.iter().any(|x| *x != 0);
                 for format in Format::ALL {
@@ -40,7 +40,7 @@ fn every_format_of_every_subject_reads_back_what_was_written() {
 #[test]
 fn headers_say_what_was_run_and_notice_another_unit() {
     let spec = UnitSpec::default();
-    let own = model(&spec, Subject::Env, Build::default()).unwrap();
+    let own = harness(&spec, Subject::Env, Build::default()).unwrap();
     let header = Header {
         subject: Subject::Env,
         unit: spec.hash(),
@@ -66,7 +66,7 @@ fn headers_say_what_was_run_and_notice_another_unit() {
 #[test]
 fn malformed_lines_name_the_column() {
     let own =
-        model(&UnitSpec::default(), Subject::parse("bump").unwrap(), Build::default()).unwrap();
+        harness(&UnitSpec::default(), Subject::parse("bump").unwrap(), Build::default()).unwrap();
     let shape = own.shape();
     let zeros = |n: usize| vec![0; n];
     let line =
@@ -87,7 +87,7 @@ fn malformed_lines_name_the_column() {
 #[test]
 fn declarations_hold_every_field_of_every_subject() {
     for subject in Subject::all() {
-        let own = model(&UnitSpec::default(), subject, Build::default()).unwrap();
+        let own = harness(&UnitSpec::default(), subject, Build::default()).unwrap();
         let shape = own.shape();
         for language in [Language::C, Language::Sv] {
             let text = declare(language, subject, shape, "unit");

@@ -20,8 +20,8 @@ pub use sheet::{Finding, Sheet};
 use rtl_model::Config;
 use rtl_model::distance::DistanceMemory;
 
-use super::bench::Build;
 use super::field::Shape;
+use super::harness::Build;
 use super::memory;
 use super::subject::Subject;
 use crate::cube::CubeMap;

@@ -1,25 +1,18 @@
-//! Test benches: they run a stage or the unit on a case's inputs and return its outputs.
+//! Harnesses: a stage or the unit between a case's numbers in and its numbers out.
 
 use rtl_model::Config;
 use rtl_model::fx::Flags;
 use rtl_model::regs::Reg;
+use rtl_model::stages::Roms;
 
-use super::env::{EnvStage, EnvUnit};
 use super::field::{Meaning, Shape, events, group};
-use super::hit::HitBench;
-use super::ray_cone::ConeBench;
 use super::stimuli::Stimulus;
-use super::subject::Subject;
-use super::tex::TexBench;
+use crate::base::num;
 use crate::engine::probe::{Code, RtlProbe};
-use crate::error::InputError;
 use crate::stage::Stage;
-use crate::unit::UnitSpec;
 
 /// Something that turns a case's inputs into its outputs: the integer model, or a device next to it.
-///
-/// Every engine that runs stages alone is one of these; suites, vectors and the judge know no more of it.
-pub trait Bench: Send {
+pub trait Device {
     /// The inputs and outputs.
     fn shape(&self) -> &Shape;
 
@@ -27,19 +20,70 @@ pub trait Bench: Send {
     fn run(&mut self, input: &[i64], output: &mut [i64]);
 }
 
-/// A bench of the integer model, which also knows its registers in true units.
-pub trait Model: Bench {
-    /// The registers that the last case read and wrote.
-    fn probe(&self) -> &RtlProbe;
+/// A part of the integer model behind the fields of a shape.
+pub(super) trait Circuit: Send {
+    /// Runs one case. The probe gets its registers; its sticky flags and its other numbers come back.
+    fn run(&mut self, input: &[i64], probe: &mut RtlProbe) -> (Flags, Extra);
 
-    /// The configuration.
-    fn config(&self) -> &Config;
-
-    /// The numbers of this bench's inputs when `stimulus` comes to the unit: the results of the stages before it.
+    /// The numbers of the inputs when `stimulus` comes to the unit: what the stages before this part make of it.
     fn drive(&mut self, stimulus: &Stimulus, input: &mut [i64]);
+
+    /// The tables, where the part has any.
+    fn roms(&mut self) -> Option<&mut Roms> {
+        None
+    }
 }
 
-/// Which parts of the unit a bench has, and its memories.
+/// A stage or an operation of the integer model, with its registers in true units.
+pub struct Harness {
+    shape: Shape,
+    config: Config,
+    probe: RtlProbe,
+    circuit: Box<dyn Circuit>,
+}
+
+impl Harness {
+    pub(super) fn new(shape: Shape, config: &Config, circuit: impl Circuit + 'static) -> Self {
+        let probe = RtlProbe::default();
+        Self { shape, config: config.clone(), probe, circuit: Box::new(circuit) }
+    }
+
+    /// The registers that the last case read and wrote.
+    #[must_use]
+    pub fn probe(&self) -> &RtlProbe {
+        &self.probe
+    }
+
+    /// The configuration.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The numbers of the inputs when `stimulus` comes to the unit: what the stages before it make of it.
+    pub fn drive(&mut self, stimulus: &Stimulus, input: &mut [i64]) {
+        self.circuit.drive(stimulus, input);
+    }
+
+    /// The tables, to be changed by who tests the judges; of an operation of ENV alone.
+    pub fn roms(&mut self) -> Option<&mut Roms> {
+        self.circuit.roms()
+    }
+}
+
+impl Device for Harness {
+    fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    fn run(&mut self, input: &[i64], output: &mut [i64]) {
+        self.probe.clear();
+        let (flags, extra) = self.circuit.run(input, &mut self.probe);
+        record(&self.shape, &self.probe, flags, extra, output);
+    }
+}
+
+/// Which parts of the unit a harness has, and its memories.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Build {
     /// Whether bump offsets come in.
@@ -56,40 +100,42 @@ impl Default for Build {
     }
 }
 
-/// The integer model's bench of a subject.
-pub fn model(
-    spec: &UnitSpec,
-    subject: Subject,
-    build: Build,
-) -> Result<Box<dyn Model>, InputError> {
-    Ok(match subject {
-        Subject::Env => Box::new(EnvUnit::new(spec, build)?),
-        Subject::Hit | Subject::Stage(Stage::Hit) => Box::new(HitBench::new(spec, subject, build)?),
-        Subject::Tex | Subject::Stage(Stage::SurfaceFootprint) => {
-            Box::new(TexBench::new(spec, subject, build)?)
-        }
-        Subject::Stage(Stage::RayCone) => Box::new(ConeBench::new(spec)),
-        Subject::Stage(stage) => Box::new(EnvStage::new(spec, stage, build)?),
-    })
-}
-
-/// Outputs of a stage that are no registers.
+/// Numbers beside the registers that a stage yields.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extra {
     pub(super) face: i64,
     pub(super) count: i64,
     pub(super) status: i64,
     pub(super) iterations: i64,
+    pub(super) angle: i64,
+    pub(super) width: i64,
+}
+
+/// The numbers of a case's inputs, one after the other; 0 behind the last one.
+pub(super) struct Numbers<'a>(std::slice::Iter<'a, i64>);
+
+impl<'a> Numbers<'a> {
+    pub(super) fn new(input: &'a [i64]) -> Self {
+        Self(input.iter())
+    }
+
+    pub(super) fn next(&mut self) -> i64 {
+        self.0.next().copied().unwrap_or(0)
+    }
+
+    /// A code of at most 32 bits.
+    pub(super) fn code(&mut self) -> u32 {
+        num::u32(self.next())
+    }
+
+    /// Words of binary64.
+    pub(super) fn reals<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| f64::from_bits(self.next().cast_unsigned()))
+    }
 }
 
 /// Puts registers, flags and the rest into the outputs of a shape.
-pub(super) fn record(
-    shape: &Shape,
-    probe: &RtlProbe,
-    flags: Flags,
-    extra: Extra,
-    output: &mut [i64],
-) {
+fn record(shape: &Shape, probe: &RtlProbe, flags: Flags, extra: Extra, output: &mut [i64]) {
     let mut at = 0;
     for field in &shape.outputs {
         let end = at + field.components;
@@ -124,6 +170,8 @@ pub(super) fn record(
                     "face" => extra.face,
                     "count" => extra.count,
                     "status" => extra.status,
+                    "angle" => extra.angle,
+                    "width" => extra.width,
                     _ => extra.iterations,
                 });
             }
@@ -132,7 +180,7 @@ pub(super) fn record(
 }
 
 /// A stage's own flags, its registers' first.
-pub(super) fn flag_bits(shape: &Shape, stage: Stage, flags: Flags) -> i64 {
+fn flag_bits(shape: &Shape, stage: Stage, flags: Flags) -> i64 {
     let mut bits = 0;
     let mut k = 0;
     for reg in written(shape, stage) {
@@ -147,7 +195,7 @@ pub(super) fn flag_bits(shape: &Shape, stage: Stage, flags: Flags) -> i64 {
 }
 
 /// Registers of a stage among a shape's outputs.
-pub(super) fn written(shape: &Shape, stage: Stage) -> impl Iterator<Item = Reg> {
+fn written(shape: &Shape, stage: Stage) -> impl Iterator<Item = Reg> {
     shape
         .outputs
         .iter()
