@@ -12,6 +12,7 @@ use super::progress::Bar;
 use crate::base::num;
 use crate::conformance::check::Difference;
 use crate::conformance::gpu;
+use crate::conformance::harness::Device as _;
 use crate::conformance::run::{self, Engine, Outcome, Runner};
 use crate::conformance::suite::{CASES, Suite, matches};
 use crate::conformance::text as vector;
