@@ -19,7 +19,7 @@ pub mod header;
 mod hit;
 pub mod memory;
 pub mod patterns;
-mod ray_cone;
+pub mod ray_cone;
 pub mod run;
 pub mod stimuli;
 pub mod subject;
