@@ -15,7 +15,7 @@ use crate::stage::Stage;
 use crate::unit::UnitSpec;
 
 /// Names of the operations, in the order of their numbers.
-pub(super) const OPERATIONS: [&str; 4] = ["propagate", "reflect", "refract", "scatter"];
+pub const OPERATIONS: [&str; 4] = ["propagate", "reflect", "refract", "scatter"];
 
 /// The harness of the stage.
 #[must_use]
