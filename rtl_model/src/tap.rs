@@ -6,7 +6,7 @@ use crate::regs::Reg;
 ///
 /// The type also says how much of the arithmetic is compiled: where `STANDARD` is true, writes are
 /// compiled for registers that round half-even and saturate, and products for registers of at most 32
-/// bits. Only a unit that keeps to that ([`crate::Unit::is_standard`]) may be run with such a tap.
+/// bits. Only a unit that keeps to that ([`crate::unit::Operation::is_standard`]) may be run with such a tap.
 pub trait Tap {
     /// Whether every register rounds half-even and saturates, and is narrow where products are compiled so.
     const STANDARD: bool = false;

@@ -71,7 +71,7 @@ pub fn digits(value: f64, digits: usize) -> Cell {
     Cell::new(significant(value, digits), value, Align::Right)
 }
 
-/// A number with a [`fixed`] count of decimals.
+/// A number with a [`fixed()`] count of decimals.
 #[must_use]
 pub fn places(value: f64, decimals: usize) -> Cell {
     Cell::new(fixed(value, decimals), value, Align::Right)
