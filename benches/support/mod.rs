@@ -211,7 +211,7 @@ impl Task for Part<'_> {
                 "bump" => unit.bump(state, &mut tap),
                 "reflect" => unit.reflect(state, &mut tap),
                 "cube_face" => unit.cube_face(state, &mut tap),
-                "normal" => unit.normal(state, &mut tap),
+                "normal" => unit.normal_derivative(state, &mut tap),
                 "jacobian" => unit.jacobian(state, &mut tap),
                 "roughness" => unit.roughness(state, &mut tap),
                 "covariance" => unit.covariance(state, &mut tap),

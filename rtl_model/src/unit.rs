@@ -13,13 +13,13 @@ pub use block::{Block, Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitFront, HitUnit, HitWords};
 pub use operation::{BlockOf, Memory, Operation};
 pub use tex::{Tangents, TexFront, TexUnit, TexWords};
-pub use wires::{Alone, Carries, Wire};
+pub use wires::{Wire, WireKind};
 
 use crate::config::{Config, ConfigError, ROTATION_FRAC, SCALE_FRAC};
 use crate::fx::Quantizer;
 use crate::regs::{Kind, Reg};
 use crate::stage::Stage;
-use crate::stages::jacobian::normal;
+use crate::stages::jacobian::normal_derivative;
 use crate::stages::{
     Roms, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
     reflect, roughness,
@@ -43,7 +43,7 @@ pub struct Unit {
     bump: Option<bump::Cfg>,
     reflect: reflect::Cfg,
     face: cube_face::Cfg,
-    normal: normal::Cfg,
+    normal: normal_derivative::Cfg,
     jacobian: jacobian::Cfg,
     roughness: Option<roughness::Cfg>,
     covariance: covariance::Cfg,
@@ -152,7 +152,7 @@ impl Unit {
             bump: if needs.bump { Some(bump::Cfg::new(config)?) } else { None },
             reflect: reflect::Cfg::new(config)?,
             face: cube_face::Cfg::new(config)?,
-            normal: normal::Cfg::new(config, needs.bump)?,
+            normal: normal_derivative::Cfg::new(config, needs.bump)?,
             jacobian: jacobian::Cfg::new(config)?,
             roughness: if needs.rough { Some(roughness::Cfg::new(config)?) } else { None },
             covariance: covariance::Cfg::new(config, source, needs.rough)?,

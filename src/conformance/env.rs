@@ -2,7 +2,7 @@
 
 use rtl_model::fx::Flags;
 use rtl_model::stages::Roms;
-use rtl_model::unit::{Alone, Needs, Results, State, Wire, Words};
+use rtl_model::unit::{Needs, Results, State, Wire, Words};
 use rtl_model::{Config, NoTap, Tap, Texture, Unit};
 
 use super::field::{Field, Shape, beside, components, registers};
@@ -42,12 +42,12 @@ impl Lane {
     }
 
     /// Every stage, up to one of them or all, on words from the ports; sticky flags of all that ran.
-    fn run(&mut self, words: &Words, before: Option<Alone>, tap: &mut impl Tap) -> Flags {
+    fn run(&mut self, words: &Words, before: Option<Stage>, tap: &mut impl Tap) -> Flags {
         let texture = Some(&self.texture);
         self.unit.one(words, before, texture, &mut self.state, &mut self.out, tap)
     }
 
-    fn alone(&mut self, stage: Alone, tap: &mut RtlProbe) -> Flags {
+    fn alone(&mut self, stage: Stage, tap: &mut RtlProbe) -> Flags {
         let texture = Some(&self.texture);
         self.unit.alone(stage, &mut self.state, texture, &mut self.out, tap)
     }
@@ -91,25 +91,8 @@ fn ordinary() -> Words {
 /// One stage of ENV alone.
 struct EnvStage {
     lane: Lane,
-    stage: Alone,
+    stage: Stage,
     wires: Vec<Wire>,
-}
-
-/// The stage's name in the integer model.
-fn alone(stage: Stage) -> Option<Alone> {
-    Some(match stage {
-        Stage::LocalFrame => Alone::LocalFrame,
-        Stage::Bump => Alone::Bump,
-        Stage::Reflect => Alone::Reflect,
-        Stage::CubeFace => Alone::CubeFace,
-        Stage::Jacobian => Alone::Jacobian,
-        Stage::Roughness => Alone::Roughness,
-        Stage::Covariance => Alone::Covariance,
-        Stage::Eigen => Alone::Eigen,
-        Stage::Footprint => Alone::Footprint,
-        Stage::Address | Stage::Filter => Alone::Back,
-        Stage::RayCone | Stage::Hit | Stage::SurfaceFootprint => return None,
-    })
 }
 
 /// The harness of a stage.
@@ -123,18 +106,17 @@ pub(super) fn stage(spec: &UnitSpec, stage: Stage, build: Build) -> Result<Harne
             "leave footprint.axis = longer-derivative, or a unit without bump and roughness, to `unit`",
         )
     };
-    let at = alone(stage).ok_or_else(missing)?;
-    let wires = lane.unit.wires(&lane.config, at).concat();
+    let wires = lane.unit.wires(&lane.config, stage).concat();
     if wires.is_empty() {
         return Err(missing());
     }
-    lane.run(&ordinary(), Some(at), &mut NoTap);
+    lane.run(&ordinary(), Some(stage), &mut NoTap);
     let mut seen = RtlProbe::default();
-    lane.alone(at, &mut seen);
+    lane.alone(stage, &mut seen);
     let inputs = wires.iter().map(|wire| Field::wire(&lane.config, stage, *wire)).collect();
     let mut outputs = Vec::new();
     lane.outputs(stage, &seen, &mut outputs);
-    let circuit = EnvStage { lane, stage: at, wires };
+    let circuit = EnvStage { lane, stage, wires };
     Ok(Harness::new(Shape { inputs, outputs }, &spec.config, circuit))
 }
 

@@ -4,7 +4,7 @@
 use rtl_model::Config;
 use rtl_model::fx::Format;
 use rtl_model::regs::{Event, Kind, Reg};
-use rtl_model::unit::{Carries, Wire};
+use rtl_model::unit::{Wire, WireKind};
 
 use crate::base::num;
 use crate::stage::Stage;
@@ -171,20 +171,20 @@ impl Field {
     #[must_use]
     pub fn wire(config: &Config, stage: Stage, wire: Wire) -> Self {
         let (name, text) = (wire.name(), wire.meaning());
-        match wire.carries() {
-            Carries::Power => {
+        match wire.kind() {
+            WireKind::Power => {
                 let bits = (true, POWER_BITS);
                 let mut field = Self::new(stage, name, 1, bits, Meaning::Power, text);
                 // What the ports can take out of binary64 numbers, three times over, and a register's bits.
                 field.range = [-4096, 4095];
                 field
             }
-            Carries::Face => Self::choice(stage, name, crate::cube::FACE_NAMES.to_vec(), text),
-            Carries::Bit => Self::count(stage, name, [0, 1], text),
-            Carries::Count => {
+            WireKind::Face => Self::choice(stage, name, crate::cube::FACE_NAMES.to_vec(), text),
+            WireKind::Bit => Self::count(stage, name, [0, 1], text),
+            WireKind::Count => {
                 Self::count(stage, name, [1, i64::from(config.policy.footprint.max_probes)], text)
             }
-            Carries::Codes(_) | Carries::Mantissas(_) | Carries::Floating(_) => {
+            WireKind::Codes(_) | WireKind::Mantissas(_) | WireKind::Floating(_) => {
                 let reg = wire.register(0).map_or(Reg::ReflectV, |(reg, _)| reg);
                 // Shared between registers: the widest field, each component within its own.
                 let mut field = Self::register(config, stage, name, reg, wire.components());
@@ -195,7 +195,7 @@ impl Field {
                     let [low, high] = field.range;
                     field.range = [low.max(format.min_raw()), high.min(format.max_raw())];
                 }
-                if !matches!(wire.carries(), Carries::Codes(_)) {
+                if !matches!(wire.kind(), WireKind::Codes(_)) {
                     field.range[0] = -field.range[1];
                 }
                 field.text = text.into();

@@ -3,7 +3,7 @@
 //! J_v = 2nnᵀ − ⟨n,n⟩I and J_n = 2⟨n,v⟩I + 2nvᵀ − 2vnᵀ are applied to the derivatives as vectors, so
 //! that no matrix is ever stored; G has ±1/|ma| and −u/|ma| as its non-zero entries.
 
-pub mod normal;
+pub mod normal_derivative;
 
 use super::cube_face::components_lanes;
 use super::{Lanes, bits, block_frac, column, fits, frac, int, take};

@@ -3,7 +3,8 @@
 use core::hash::{Hash as _, Hasher};
 
 use super::block::{Block, NO_FLAGS, Needs, Results, State};
-use super::operation::{Memory, Operation};
+use super::operation::{BlockOf, Memory, Operation};
+use super::steps::steps;
 use super::{HitBlock, Unit};
 use crate::cone::{Cone, Dither, Dyadic};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
@@ -155,6 +156,21 @@ impl HitUnit {
         front.searched = env.flags;
     }
 
+    /// Where the directions to the hits meet the cube.
+    #[inline(always)]
+    fn face<const N: usize, T: Tap>(
+        &self,
+        front: &HitFront<N>,
+        memory: &DistanceMemory,
+        env: &mut State<N>,
+        tap: &mut T,
+    ) {
+        let (unit, hit, exp) = (&self.unit, &front.hit, front.exponents(memory.scale));
+        let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
+        let flags = &mut env.flags[..env.len];
+        cube_face::cube_face(&unit.face, &unit.roms, input, &mut env.face, flags, tap);
+    }
+
     /// D of each lane's cone at its hit.
     #[inline(always)]
     fn footprints_at_hits<const N: usize, T: Tap>(
@@ -204,9 +220,6 @@ impl Operation for HitUnit {
     type Words = HitWords;
     type Front<const N: usize> = HitFront<N>;
 
-    /// The search with its ports, the face, the footprint at the hit, and ENV's last three.
-    const STEPS: usize = 6;
-
     fn unit(&self) -> &Unit {
         &self.unit
     }
@@ -216,39 +229,19 @@ impl Operation for HitUnit {
         front.words[lane] = *words;
     }
 
-    #[inline(always)]
-    fn steps<const N: usize, T: Tap>(
-        &self,
-        first: usize,
-        memory: &Memory,
-        blocks: &mut [HitBlock<N>],
-        tap: &mut T,
-    ) {
-        let (unit, memory) = (&self.unit, &memory.distances);
-        for Block { front, env } in blocks.iter_mut() {
-            env.step(0, first, |env| self.search(front, memory, env, tap));
-        }
-        macro_rules! each {
-            ($($number:literal |$front:ident, $env:ident| $run:expr;)+) => { $(
-                for Block { front: $front, env } in blocks.iter_mut() {
-                    if $front.any_cone(env.len) {
-                        env.step($number, first, |$env| $run);
-                    }
-                }
-            )+ };
-        }
-        each! {
-            1 |front, env| {
-                let (hit, exp) = (&front.hit, front.exponents(memory.scale));
-                let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
-                let flags = &mut env.flags[..env.len];
-                cube_face::cube_face(&unit.face, &unit.roms, input, &mut env.face, flags, tap);
-            };
-            2 |front, env| self.footprints_at_hits(front, memory, env, tap);
-            3 |front, env| unit.covariance(env, tap);
-            4 |front, env| unit.eigen(env, tap);
-            5 |front, env| unit.footprint(env, tap);
-        }
+    steps! { |hit, front, env, memory, tap| if |number| number == 0 || front.any_cone(env.len);
+        hit.search(front, &memory.distances, env, tap) => {
+            let roms = &hit.unit.roms;
+            (&hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec, roms.sqrt.spec)
+        };
+        hit.face(front, &memory.distances, env, tap) => hit.unit.face_reads();
+        hit.footprints_at_hits(front, &memory.distances, env, tap) => {
+            let roms = &hit.unit.roms;
+            (&hit.footprint, &hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec)
+        };
+        hit.unit.covariance(env, tap) => hit.unit.covariance_reads();
+        hit.unit.eigen(env, tap) => hit.unit.eigen_reads();
+        hit.unit.footprint(env, tap) => hit.unit.footprint_reads();
     }
 
     #[inline(always)]
@@ -269,22 +262,6 @@ impl Operation for HitUnit {
             out.color[lane] = [0; 3];
             out.probes[lane] = 0;
             out.texels[lane] = 0;
-        }
-    }
-
-    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
-        let roms = &self.unit.roms;
-        match number {
-            0 => {
-                (&self.hit, &self.cone).hash(hasher);
-                (roms.recip.spec, roms.rsqrt.spec, roms.sqrt.spec).hash(hasher);
-            }
-            1 => self.unit.hash_step(4, hasher),
-            2 => {
-                (&self.footprint, &self.hit, &self.cone).hash(hasher);
-                (roms.recip.spec, roms.rsqrt.spec).hash(hasher);
-            }
-            _ => self.unit.hash_step(number + 5, hasher),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Unit;
 use super::block::{NO_FLAGS, Results, State};
 use crate::stages::filter::Corner;
-use crate::stages::jacobian::normal;
+use crate::stages::jacobian::normal_derivative;
 use crate::stages::{
     Sink, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
     reflect, roughness,
@@ -96,12 +96,12 @@ impl Unit {
 
     /// The first step of `jacobian`: the derivative of the modified normal.
     #[inline(always)]
-    pub fn normal<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = normal::In {
+    pub fn normal_derivative<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
+        let input = normal_derivative::In {
             dn: &state.input.dn,
             n_exp: &state.input.n_exp,
             n_lift: &state.reflected.n_lift,
-            bumped: self.bump.as_ref().map(|_| normal::Bumped {
+            bumped: self.bump.as_ref().map(|_| normal_derivative::Bumped {
                 n: &state.input.n,
                 h: &state.input.h,
                 e1: &state.frame.e1,
@@ -109,7 +109,7 @@ impl Unit {
                 b: &state.input.b,
             }),
         };
-        normal::normal(
+        normal_derivative::normal_derivative(
             &self.normal,
             &self.roms,
             input,

@@ -2,16 +2,62 @@
 //!
 //! Only the flags are shared by all steps: a kept state has a copy of them behind each.
 
-use core::hash::{Hash as _, Hasher};
+use core::hash::{Hash, Hasher};
 
 use super::Unit;
-use super::block::{NO_FLAGS, Ports, State, Words};
+use super::block::{Block, NO_FLAGS, Ports, State, Words};
 use super::operation::{BlockOf, Memory, Operation};
 use crate::fx::Flags;
 use crate::tap::Tap;
 
-/// Most steps of an operation in front of the filter.
-const MOST_STEPS: usize = 11;
+/// Most steps of an operation in front of the filter: ENV has them.
+const MOST_STEPS: usize = Unit::STEPS;
+
+/// An operation's steps from one list: a row holds what a step runs and what its results depend on, besides the steps
+/// before it and the memory. The steps leave out blocks for which `used` is false.
+macro_rules! steps {
+    (
+        |$unit:ident, $front:ident, $env:ident, $memory:ident, $tap:ident| if |$number:ident| $used:expr;
+        $($run:expr => $reads:expr;)+
+    ) => {
+        const STEPS: usize = [$(stringify!($run)),+].len();
+
+        #[inline(always)]
+        fn steps<const N: usize, T: Tap>(
+            &self,
+            first: usize,
+            $memory: &Memory,
+            blocks: &mut [BlockOf<Self, N>],
+            $tap: &mut T,
+        ) {
+            let ($unit, mut next) = (self, 0);
+            let _ = $memory;
+            $(
+                let $number = next;
+                next += 1;
+                for Block { front: $front, env: $env } in blocks.iter_mut() {
+                    let _ = &$front;
+                    if $used {
+                        $env.step($number, first, |$env| $run);
+                    }
+                }
+            )+
+            let _ = next;
+        }
+
+        fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
+            let ($unit, mut next) = (self, 0);
+            $(
+                if number == next {
+                    $reads.hash(hasher);
+                }
+                next += 1;
+            )+
+            let _ = next;
+        }
+    };
+}
+pub(super) use steps;
 
 /// Flags behind each step.
 pub(super) type StepFlags<const N: usize> = [[Flags; N]; MOST_STEPS];
@@ -46,9 +92,6 @@ impl Operation for Unit {
     type Words = Words;
     type Front<const N: usize> = Ports<N>;
 
-    /// The ports, nine stages, and the first half of `jacobian`, which has a step of its own.
-    const STEPS: usize = MOST_STEPS;
-
     fn unit(&self) -> &Unit {
         self
     }
@@ -58,52 +101,43 @@ impl Operation for Unit {
         self.put_words(words, front, lane);
     }
 
-    #[inline(always)]
-    fn steps<const N: usize, T: Tap>(
-        &self,
-        first: usize,
-        _: &Memory,
-        blocks: &mut [BlockOf<Self, N>],
-        tap: &mut T,
-    ) {
-        for block in blocks.iter_mut() {
-            block.env.step(0, first, |env| self.ports(&block.front, env, tap));
-        }
-        macro_rules! each {
-            ($($number:literal $stage:ident)+) => { $(
-                for block in blocks.iter_mut() {
-                    block.env.step($number, first, |env| self.$stage(env, tap));
-                }
-            )+ };
-        }
-        each!(1 local_frame 2 bump 3 reflect 4 cube_face 5 normal 6 jacobian 7 roughness 8 covariance 9 eigen
-            10 footprint);
+    steps! { |unit, front, env, memory, tap| if |_number| true;
+        unit.ports(front, env, tap) => (
+            (unit.needs, &unit.reflect.v, &unit.reflect.n, &unit.jacobian.dv, &unit.normal.dn),
+            unit.frame.as_ref().map(|frame| (&frame.n, &frame.h)),
+            unit.bump.as_ref().map(|bump| &bump.b),
+            unit.roughness.as_ref().map(|rough| &rough.d),
+        );
+        unit.local_frame(env, tap) => (&unit.frame, unit.roms.rsqrt.spec, unit.roms.sqrt.spec);
+        unit.bump(env, tap) => &unit.bump;
+        unit.reflect(env, tap) => (&unit.reflect, unit.bump_frac);
+        unit.cube_face(env, tap) => unit.face_reads();
+        unit.normal_derivative(env, tap) => (&unit.normal, unit.roms.recip.spec);
+        unit.jacobian(env, tap) => &unit.jacobian;
+        unit.roughness(env, tap) => &unit.roughness;
+        unit.covariance(env, tap) => unit.covariance_reads();
+        unit.eigen(env, tap) => unit.eigen_reads();
+        unit.footprint(env, tap) => unit.footprint_reads();
+    }
+}
+
+/// What the steps depend on that ENV shares with the other operations.
+impl Unit {
+    pub(super) fn face_reads(&self) -> impl Hash {
+        (&self.face, self.roms.recip.spec)
     }
 
-    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
+    pub(super) fn covariance_reads(&self) -> impl Hash {
+        (&self.covariance, self.block_d)
+    }
+
+    pub(super) fn eigen_reads(&self) -> impl Hash {
         let roms = &self.roms;
-        self.needs.hash(hasher);
-        match number {
-            0 => {
-                (&self.reflect.v, &self.reflect.n).hash(hasher);
-                (&self.jacobian.dv, &self.normal.dn).hash(hasher);
-                self.frame.as_ref().map(|f| (&f.n, &f.h)).hash(hasher);
-                self.bump.as_ref().map(|b| &b.b).hash(hasher);
-                self.roughness.as_ref().map(|r| &r.d).hash(hasher);
-            }
-            1 => (&self.frame, roms.rsqrt.spec, roms.sqrt.spec).hash(hasher),
-            2 => self.bump.hash(hasher),
-            3 => (&self.reflect, self.bump_frac).hash(hasher),
-            4 => (&self.face, roms.recip.spec).hash(hasher),
-            5 => (&self.normal, roms.recip.spec).hash(hasher),
-            6 => self.jacobian.hash(hasher),
-            7 => self.roughness.hash(hasher),
-            8 => (&self.covariance, self.block_d).hash(hasher),
-            9 => {
-                (&self.eigen, roms.rsqrt.spec, roms.sqrt.spec).hash(hasher);
-                (roms.recip.spec, roms.angle.spec, roms.angle.placement).hash(hasher);
-            }
-            _ => (&self.footprint, roms.log2.spec).hash(hasher),
-        }
+        let angle = (roms.angle.spec, roms.angle.placement);
+        (&self.eigen, roms.rsqrt.spec, roms.sqrt.spec, roms.recip.spec, angle)
+    }
+
+    pub(super) fn footprint_reads(&self) -> impl Hash {
+        (&self.footprint, self.roms.log2.spec)
     }
 }

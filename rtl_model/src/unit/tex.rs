@@ -3,7 +3,8 @@
 use core::hash::{Hash as _, Hasher};
 
 use super::block::{Block, NO_FLAGS, Needs, Results, State};
-use super::operation::{Memory, Operation};
+use super::operation::{BlockOf, Memory, Operation};
+use super::steps::steps;
 use super::{TexBlock, Unit};
 use crate::cone::{Cone, Width};
 use crate::config::{Config, ConfigError};
@@ -128,6 +129,12 @@ impl TexUnit {
         })
     }
 
+    /// A tap behind the one that reports D, K and λ in texels.
+    #[inline(always)]
+    fn in_texels<'a, T: Tap>(&self, tap: &'a mut T) -> InTexels<'a, T> {
+        InTexels { tap, unit: self.texels }
+    }
+
     /// `surface_footprint` of each request, lane by lane.
     #[inline(always)]
     fn surfaces<const N: usize, T: Tap>(
@@ -199,9 +206,6 @@ impl Operation for TexUnit {
     type Words = TexWords;
     type Front<const N: usize> = TexFront<N>;
 
-    /// `surface_footprint` with its ports, and ENV's last three.
-    const STEPS: usize = 4;
-
     fn unit(&self) -> &Unit {
         &self.unit
     }
@@ -211,28 +215,14 @@ impl Operation for TexUnit {
         front.words[lane] = *words;
     }
 
-    #[inline(always)]
-    fn steps<const N: usize, T: Tap>(
-        &self,
-        first: usize,
-        _: &Memory,
-        blocks: &mut [TexBlock<N>],
-        tap: &mut T,
-    ) {
-        let (unit, tap) = (&self.unit, &mut InTexels { tap, unit: self.texels });
-        macro_rules! each {
-            ($($number:literal |$front:ident, $env:ident| $run:expr;)+) => { $(
-                for Block { front: $front, env } in blocks.iter_mut() {
-                    env.step($number, first, |$env| $run);
-                }
-            )+ };
-        }
-        each! {
-            0 |front, env| self.surfaces(front, env, tap);
-            1 |_front, env| unit.covariance(env, tap);
-            2 |_front, env| unit.eigen(env, tap);
-            3 |_front, env| unit.footprint(env, tap);
-        }
+    steps! { |tex, front, env, memory, tap| if |_number| true;
+        tex.surfaces(front, env, &mut tex.in_texels(tap)) => (
+            (&tex.surface, &tex.cone, tex.texels, &tex.unit.address),
+            (tex.unit.roms.recip.spec, tex.unit.roms.rsqrt.spec),
+        );
+        tex.unit.covariance(env, &mut tex.in_texels(tap)) => tex.unit.covariance_reads();
+        tex.unit.eigen(env, &mut tex.in_texels(tap)) => tex.unit.eigen_reads();
+        tex.unit.footprint(env, &mut tex.in_texels(tap)) => tex.unit.footprint_reads();
     }
 
     #[inline(always)]
@@ -243,20 +233,8 @@ impl Operation for TexUnit {
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        let tap = &mut InTexels { tap, unit: self.texels };
+        let tap = &mut self.in_texels(tap);
         self.unit.back(&block.env, memory.texture.as_ref(), out, tap);
-    }
-
-    fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
-        let roms = &self.unit.roms;
-        match number {
-            0 => {
-                (&self.surface, &self.cone, self.texels).hash(hasher);
-                self.unit.address.hash(hasher);
-                (roms.recip.spec, roms.rsqrt.spec).hash(hasher);
-            }
-            _ => self.unit.hash_step(number + 7, hasher),
-        }
     }
 }
 

@@ -11,13 +11,14 @@ use crate::config::Config;
 use crate::fx::{Flags, Format};
 use crate::policy::Axis;
 use crate::regs::Reg;
+use crate::stage::Stage;
 use crate::stages::block_frac;
 use crate::tap::Tap;
 use crate::texture::Texture;
 
 /// The contents of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carries {
+pub enum WireKind {
     /// Codes of fixed registers, the components shared out evenly.
     Codes(&'static [Reg]),
     /// Mantissas of a block whose largest component lies in [1, 2).
@@ -35,7 +36,7 @@ pub enum Carries {
 }
 
 macro_rules! wires {
-    ($($variant:ident: $name:literal [$n:literal] $carries:expr, $meaning:literal, |$s:ident| $place:expr, $power:expr;)+) => {
+    ($($variant:ident: $name:literal [$n:literal] $kind:expr, $meaning:literal, |$s:ident| $place:expr, $power:expr;)+) => {
         /// A wire between the stages of ENV.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Wire { $(#[doc = $meaning] $variant),+ }
@@ -58,8 +59,8 @@ macro_rules! wires {
 
             /// What they are.
             #[must_use]
-            pub const fn carries(self) -> Carries {
-                match self { $(Self::$variant => $carries),+ }
+            pub const fn kind(self) -> WireKind {
+                match self { $(Self::$variant => $kind),+ }
             }
 
             /// One sentence.
@@ -92,42 +93,42 @@ fn v_r(s: &State<1>) -> i64 {
 }
 
 wires! {
-    V: "v"[3] Carries::Mantissas(Reg::ReflectV), "direction to the eye", |s| &mut s.input.v, s.input.v_exp[0];
-    VExp: "v_exp"[1] Carries::Power, "power of two that was taken out of v", |s| from_mut(&mut s.input.v_exp), 0;
-    N: "n"[3] Carries::Mantissas(Reg::ReflectN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
-    FrameN: "n"[3] Carries::Mantissas(Reg::FrameN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
-    NExp: "n_exp"[1] Carries::Power, "power of two that was taken out of n", |s| from_mut(&mut s.input.n_exp), 0;
-    H: "h"[3] Carries::Mantissas(Reg::FrameH), "main direction", |s| &mut s.input.h, s.input.h_exp[0];
-    HExp: "h_exp"[1] Carries::Power, "power of two that was taken out of h", |s| from_mut(&mut s.input.h_exp), 0;
-    Dv: "dv"[6] Carries::Codes(&[Reg::JacDvDx, Reg::JacDvDy]), "∂v by x then by y, shifted with v", |s| &mut s.input.dv, s.input.v_exp[0];
-    Dn: "dn"[6] Carries::Codes(&[Reg::JacDnDx, Reg::JacDnDy]), "∂n by x then by y, shifted with n", |s| &mut s.input.dn, s.input.n_exp[0];
-    B: "b"[2] Carries::Codes(&[Reg::BumpB]), "bump offsets", |s| &mut s.input.b, 0;
-    Rough: "d"[3] Carries::Codes(&[Reg::RoughD]), "d1, d2, d3 of the roughness", |s| &mut s.input.d, 0;
-    E1: "e1"[3] Carries::Codes(&[Reg::FrameE1]), "first tangent vector", |s| &mut s.frame.e1, s.input.n_exp[0];
-    E2: "e2"[3] Carries::Codes(&[Reg::FrameE2]), "second tangent vector", |s| &mut s.frame.e2, s.input.n_exp[0];
-    Bumped: "n_mod"[3] Carries::Codes(&[Reg::BumpN]), "modified normal, shifted with n", |s| &mut s.bumped.n_mod, s.input.n_exp[0];
-    Reflecting: "n_reflect"[3] Carries::Mantissas(Reg::ReflectN), "normal that reflects", |s| &mut s.reflected.n, n_mod(s);
-    NLift: "n_lift"[1] Carries::Power, "power of two of the reflecting normal less that of n", |s| from_mut(&mut s.reflected.n_lift), 0;
-    NdotV: "n_dot_v"[1] Carries::Codes(&[Reg::ReflectNdotV]), "⟨n, v⟩", |s| from_mut(&mut s.reflected.n_dot_v), s.input.v_exp[0] + n_mod(s);
-    NdotN: "n_dot_n"[1] Carries::Codes(&[Reg::ReflectNdotN]), "⟨n, n⟩", |s| from_mut(&mut s.reflected.n_dot_n), 2 * n_mod(s);
-    Vr: "v_r"[3] Carries::Floating(Reg::ReflectVr), "reflected direction", |s| &mut s.reflected.v_r, v_r(s) - s.reflected.v_r_frac[0];
-    VrFrac: "v_r_frac"[1] Carries::Power, "fraction bits of v_r", |s| from_mut(&mut s.reflected.v_r_frac), 0;
-    Face: "face"[1] Carries::Face, "face 0…5 for +x −x +y −y +z −z", |s| { let _ = s; &mut [] }, 0;
-    Zero: "zero"[1] Carries::Bit, "whether v_r is zero", |s| { let _ = s; &mut [] }, 0;
-    InvMa: "inv_ma"[1] Carries::Floating(Reg::FaceInvMa), "1/|ma|", |s| from_mut(&mut s.face.inv_ma), -v_r(s) - s.face.inv_ma_frac[0];
-    InvMaFrac: "inv_ma_frac"[1] Carries::Power, "fraction bits of inv_ma", |s| from_mut(&mut s.face.inv_ma_frac), 0;
-    U: "u"[1] Carries::Codes(&[Reg::FaceU]), "u on the face", |s| from_mut(&mut s.face.u), 0;
-    Vv: "v_face"[1] Carries::Codes(&[Reg::FaceV]), "v on the face", |s| from_mut(&mut s.face.v), 0;
-    D: "jacobian"[4] Carries::Codes(&[Reg::JacD]), "D row by row", |s| &mut s.d.d, 0;
-    RoughB: "rough_b"[4] Carries::Codes(&[Reg::RoughB]), "s·B' row by row", |s| &mut s.b.b, 0;
-    K: "k"[3] Carries::Floating(Reg::CovK), "a, b, c of K", |s| &mut s.k.k, -s.k.frac[0];
-    KFrac: "k_frac"[1] Carries::Power, "fraction bits of K", |s| from_mut(&mut s.k.frac), 0;
-    Lambda: "lambda"[2] Carries::Codes(&[Reg::EigenLambda]), "λ1 ≥ λ2", |s| &mut s.axes.lambda, s.axes.exp[0];
-    LambdaExp: "lambda_exp"[1] Carries::Power, "power of two of λ", |s| from_mut(&mut s.axes.exp), 0;
-    Axis: "axis"[2] Carries::Codes(&[Reg::EigenAxis]), "unit vector of the major axis", |s| &mut s.axes.axis, 0;
-    Count: "count"[1] Carries::Count, "probes", |s| from_mut(&mut s.line.count), 0;
-    Lod: "lod"[1] Carries::Codes(&[Reg::FootLod]), "level of detail", |s| from_mut(&mut s.line.lod), 0;
-    Step: "step"[2] Carries::Codes(&[Reg::FootStep]), "half the spacing of the probes", |s| &mut s.line.step, 0;
+    V: "v"[3] WireKind::Mantissas(Reg::ReflectV), "direction to the eye", |s| &mut s.input.v, s.input.v_exp[0];
+    VExp: "v_exp"[1] WireKind::Power, "power of two that was taken out of v", |s| from_mut(&mut s.input.v_exp), 0;
+    N: "n"[3] WireKind::Mantissas(Reg::ReflectN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
+    FrameN: "n"[3] WireKind::Mantissas(Reg::FrameN), "interpolated normal", |s| &mut s.input.n, s.input.n_exp[0];
+    NExp: "n_exp"[1] WireKind::Power, "power of two that was taken out of n", |s| from_mut(&mut s.input.n_exp), 0;
+    H: "h"[3] WireKind::Mantissas(Reg::FrameH), "main direction", |s| &mut s.input.h, s.input.h_exp[0];
+    HExp: "h_exp"[1] WireKind::Power, "power of two that was taken out of h", |s| from_mut(&mut s.input.h_exp), 0;
+    Dv: "dv"[6] WireKind::Codes(&[Reg::JacDvDx, Reg::JacDvDy]), "∂v by x then by y, shifted with v", |s| &mut s.input.dv, s.input.v_exp[0];
+    Dn: "dn"[6] WireKind::Codes(&[Reg::JacDnDx, Reg::JacDnDy]), "∂n by x then by y, shifted with n", |s| &mut s.input.dn, s.input.n_exp[0];
+    B: "b"[2] WireKind::Codes(&[Reg::BumpB]), "bump offsets", |s| &mut s.input.b, 0;
+    Rough: "d"[3] WireKind::Codes(&[Reg::RoughD]), "d1, d2, d3 of the roughness", |s| &mut s.input.d, 0;
+    E1: "e1"[3] WireKind::Codes(&[Reg::FrameE1]), "first tangent vector", |s| &mut s.frame.e1, s.input.n_exp[0];
+    E2: "e2"[3] WireKind::Codes(&[Reg::FrameE2]), "second tangent vector", |s| &mut s.frame.e2, s.input.n_exp[0];
+    Bumped: "n_mod"[3] WireKind::Codes(&[Reg::BumpN]), "modified normal, shifted with n", |s| &mut s.bumped.n_mod, s.input.n_exp[0];
+    Reflecting: "n_reflect"[3] WireKind::Mantissas(Reg::ReflectN), "normal that reflects", |s| &mut s.reflected.n, n_mod(s);
+    NLift: "n_lift"[1] WireKind::Power, "power of two of the reflecting normal less that of n", |s| from_mut(&mut s.reflected.n_lift), 0;
+    NdotV: "n_dot_v"[1] WireKind::Codes(&[Reg::ReflectNdotV]), "⟨n, v⟩", |s| from_mut(&mut s.reflected.n_dot_v), s.input.v_exp[0] + n_mod(s);
+    NdotN: "n_dot_n"[1] WireKind::Codes(&[Reg::ReflectNdotN]), "⟨n, n⟩", |s| from_mut(&mut s.reflected.n_dot_n), 2 * n_mod(s);
+    Vr: "v_r"[3] WireKind::Floating(Reg::ReflectVr), "reflected direction", |s| &mut s.reflected.v_r, v_r(s) - s.reflected.v_r_frac[0];
+    VrFrac: "v_r_frac"[1] WireKind::Power, "fraction bits of v_r", |s| from_mut(&mut s.reflected.v_r_frac), 0;
+    Face: "face"[1] WireKind::Face, "face 0…5 for +x −x +y −y +z −z", |s| { let _ = s; &mut [] }, 0;
+    Zero: "zero"[1] WireKind::Bit, "whether v_r is zero", |s| { let _ = s; &mut [] }, 0;
+    InvMa: "inv_ma"[1] WireKind::Floating(Reg::FaceInvMa), "1/|ma|", |s| from_mut(&mut s.face.inv_ma), -v_r(s) - s.face.inv_ma_frac[0];
+    InvMaFrac: "inv_ma_frac"[1] WireKind::Power, "fraction bits of inv_ma", |s| from_mut(&mut s.face.inv_ma_frac), 0;
+    U: "u"[1] WireKind::Codes(&[Reg::FaceU]), "u on the face", |s| from_mut(&mut s.face.u), 0;
+    Vv: "v_face"[1] WireKind::Codes(&[Reg::FaceV]), "v on the face", |s| from_mut(&mut s.face.v), 0;
+    D: "jacobian"[4] WireKind::Codes(&[Reg::JacD]), "D row by row", |s| &mut s.d.d, 0;
+    RoughB: "rough_b"[4] WireKind::Codes(&[Reg::RoughB]), "s·B' row by row", |s| &mut s.b.b, 0;
+    K: "k"[3] WireKind::Floating(Reg::CovK), "a, b, c of K", |s| &mut s.k.k, -s.k.frac[0];
+    KFrac: "k_frac"[1] WireKind::Power, "fraction bits of K", |s| from_mut(&mut s.k.frac), 0;
+    Lambda: "lambda"[2] WireKind::Codes(&[Reg::EigenLambda]), "λ1 ≥ λ2", |s| &mut s.axes.lambda, s.axes.exp[0];
+    LambdaExp: "lambda_exp"[1] WireKind::Power, "power of two of λ", |s| from_mut(&mut s.axes.exp), 0;
+    Axis: "axis"[2] WireKind::Codes(&[Reg::EigenAxis]), "unit vector of the major axis", |s| &mut s.axes.axis, 0;
+    Count: "count"[1] WireKind::Count, "probes", |s| from_mut(&mut s.line.count), 0;
+    Lod: "lod"[1] WireKind::Codes(&[Reg::FootLod]), "level of detail", |s| from_mut(&mut s.line.lod), 0;
+    Step: "step"[2] WireKind::Codes(&[Reg::FootStep]), "half the spacing of the probes", |s| &mut s.line.step, 0;
 }
 
 impl Wire {
@@ -140,13 +141,13 @@ impl Wire {
     /// The register of a component, and the component's number in it.
     #[must_use]
     pub fn register(self, component: usize) -> Option<(Reg, usize)> {
-        match self.carries() {
-            Carries::Codes(regs) => {
+        match self.kind() {
+            WireKind::Codes(regs) => {
                 let each = self.components() / regs.len();
                 regs.get(component / each).map(|reg| (*reg, component % each))
             }
-            Carries::Mantissas(reg) | Carries::Floating(reg) => Some((reg, component)),
-            Carries::Power | Carries::Face | Carries::Bit | Carries::Count => None,
+            WireKind::Mantissas(reg) | WireKind::Floating(reg) => Some((reg, component)),
+            WireKind::Power | WireKind::Face | WireKind::Bit | WireKind::Count => None,
         }
     }
 
@@ -184,9 +185,9 @@ impl Wire {
             let Some((reg, component)) = self.register(c) else {
                 return;
             };
-            let frac = match self.carries() {
-                Carries::Mantissas(reg) => block_frac(config, reg),
-                Carries::Floating(_) => 0,
+            let frac = match self.kind() {
+                WireKind::Mantissas(reg) => block_frac(config, reg),
+                WireKind::Floating(_) => 0,
                 _ => i64::from(config.format(reg).frac),
             };
             let code = self.place(state).get(c).map_or(0, |[code]| *code);
@@ -195,52 +196,11 @@ impl Wire {
     }
 }
 
-/// A stage of ENV that can run alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Alone {
-    /// `local_frame`.
-    LocalFrame,
-    /// `bump`.
-    Bump,
-    /// `reflect`.
-    Reflect,
-    /// `cube_face`.
-    CubeFace,
-    /// `jacobian`, the derivative of the modified normal included.
-    Jacobian,
-    /// `roughness`.
-    Roughness,
-    /// `covariance`.
-    Covariance,
-    /// `eigen`.
-    Eigen,
-    /// `footprint`.
-    Footprint,
-    /// `address` and `filter`.
-    Back,
-}
-
-impl Alone {
-    /// Every one, in pipeline order.
-    pub const ALL: [Self; 10] = [
-        Self::LocalFrame,
-        Self::Bump,
-        Self::Reflect,
-        Self::CubeFace,
-        Self::Jacobian,
-        Self::Roughness,
-        Self::Covariance,
-        Self::Eigen,
-        Self::Footprint,
-        Self::Back,
-    ];
-}
-
 impl Unit {
     /// The wires that a stage reads in this unit; none where the unit is built without it, or where it reads what no
     /// wire carries (`footprint.axis = "longer-derivative"` takes a column of D past `covariance`).
     #[must_use]
-    pub fn wires(&self, config: &Config, stage: Alone) -> &'static [&'static [Wire]] {
+    pub fn wires(&self, config: &Config, stage: Stage) -> &'static [&'static [Wire]] {
         use Wire as W;
         const V: &[Wire] = &[W::V, W::VExp];
         const N: &[Wire] = &[W::N, W::NExp];
@@ -261,27 +221,28 @@ impl Unit {
         const TANGENTS: &[Wire] = &[W::E1, W::E2];
         let (bump, frame) = (self.bump.is_some(), self.frame.is_some());
         match stage {
-            Alone::LocalFrame if frame => &[FRAME_N, &[W::H, W::HExp]],
-            Alone::Bump if bump => &[FRAME_N, TANGENTS, &[W::B]],
-            Alone::Reflect if bump => &[V, &[W::NExp, W::Bumped]],
-            Alone::Reflect if frame => &[V, FRAME_N],
-            Alone::Reflect => &[V, N],
-            Alone::CubeFace => &[&[W::VExp, W::NExp, W::NLift, W::Vr, W::VrFrac]],
-            Alone::Jacobian if bump => {
+            Stage::LocalFrame if frame => &[FRAME_N, &[W::H, W::HExp]],
+            Stage::Bump if bump => &[FRAME_N, TANGENTS, &[W::B]],
+            Stage::Reflect if bump => &[V, &[W::NExp, W::Bumped]],
+            Stage::Reflect if frame => &[V, FRAME_N],
+            Stage::Reflect => &[V, N],
+            Stage::CubeFace => &[&[W::VExp, W::NExp, W::NLift, W::Vr, W::VrFrac]],
+            Stage::Jacobian if bump => {
                 &[V, FRAME_N, &[W::H, W::HExp], TANGENTS, &[W::B], DERIVATIVES, FACING]
             }
-            Alone::Jacobian => &[V, &[W::NExp], DERIVATIVES, FACING],
-            Alone::Roughness if self.roughness.is_some() => {
+            Stage::Jacobian => &[V, &[W::NExp], DERIVATIVES, FACING],
+            Stage::Roughness if self.roughness.is_some() => {
                 &[V, &[W::NExp], TANGENTS, &[W::Rough], FACING]
             }
-            Alone::Covariance if self.roughness.is_some() => &[&[W::D, W::RoughB]],
-            Alone::Covariance => &[&[W::D]],
-            Alone::Eigen if config.policy.footprint.axis != Axis::LongerDerivative => {
+            Stage::Covariance if self.roughness.is_some() => &[&[W::D, W::RoughB]],
+            Stage::Covariance => &[&[W::D]],
+            Stage::Eigen if config.policy.footprint.axis != Axis::LongerDerivative => {
                 &[&[W::K, W::KFrac]]
             }
-            Alone::Footprint => &[&[W::Lambda, W::LambdaExp, W::Axis]],
-            Alone::Back => &[&[W::Face, W::U, W::Vv, W::Count, W::Lod, W::Step]],
-            Alone::LocalFrame | Alone::Bump | Alone::Roughness | Alone::Eigen => &[],
+            Stage::Footprint => &[&[W::Lambda, W::LambdaExp, W::Axis]],
+            Stage::Address | Stage::Filter => &[&[W::Face, W::U, W::Vv, W::Count, W::Lod, W::Step]],
+            Stage::LocalFrame | Stage::Bump | Stage::Roughness | Stage::Eigen => &[],
+            Stage::RayCone | Stage::Hit | Stage::SurfaceFootprint => &[],
         }
     }
 
@@ -289,7 +250,7 @@ impl Unit {
     pub fn one<T: Tap>(
         &self,
         words: &Words,
-        before: Option<Alone>,
+        before: Option<Stage>,
         texture: Option<&Texture>,
         state: &mut State<1>,
         out: &mut Results<1>,
@@ -300,9 +261,10 @@ impl Unit {
         state.len = 1;
         self.ports(&ports, state, tap);
         let mut flags = state.flags();
-        for stage in Alone::ALL {
-            if Some(stage) == before {
-                break;
+        for stage in Stage::ALL.into_iter().take_while(|stage| Some(*stage) != before) {
+            // `filter` runs both.
+            if stage == Stage::Address {
+                continue;
             }
             let more = self.alone(stage, state, texture, out, tap);
             flags.overflow |= more.overflow;
@@ -311,11 +273,12 @@ impl Unit {
         flags
     }
 
-    /// Runs one stage from the wires in `state`; its flags alone are set afterwards. `address` and `filter` need a texture.
+    /// Runs one stage from the wires in `state`; its flags alone are set afterwards. `address` and `filter` run together
+    /// and need a texture; what is no stage of ENV does nothing.
     #[inline(never)]
     pub fn alone<T: Tap>(
         &self,
-        stage: Alone,
+        stage: Stage,
         state: &mut State<1>,
         texture: Option<&Texture>,
         out: &mut Results<1>,
@@ -323,19 +286,20 @@ impl Unit {
     ) -> Flags {
         (state.len, state.flags) = (1, [NO_FLAGS]);
         match stage {
-            Alone::LocalFrame => self.local_frame(state, tap),
-            Alone::Bump => self.bump(state, tap),
-            Alone::Reflect => self.reflect(state, tap),
-            Alone::CubeFace => self.cube_face(state, tap),
-            Alone::Jacobian => {
-                self.normal(state, tap);
+            Stage::LocalFrame => self.local_frame(state, tap),
+            Stage::Bump => self.bump(state, tap),
+            Stage::Reflect => self.reflect(state, tap),
+            Stage::CubeFace => self.cube_face(state, tap),
+            Stage::Jacobian => {
+                self.normal_derivative(state, tap);
                 self.jacobian(state, tap);
             }
-            Alone::Roughness => self.roughness(state, tap),
-            Alone::Covariance => self.covariance(state, tap),
-            Alone::Eigen => self.eigen(state, tap),
-            Alone::Footprint => self.footprint(state, tap),
-            Alone::Back => {
+            Stage::Roughness => self.roughness(state, tap),
+            Stage::Covariance => self.covariance(state, tap),
+            Stage::Eigen => self.eigen(state, tap),
+            Stage::Footprint => self.footprint(state, tap),
+            Stage::RayCone | Stage::Hit | Stage::SurfaceFootprint => {}
+            Stage::Address | Stage::Filter => {
                 self.back(state, texture, out, tap);
                 return out.flags[0];
             }

@@ -241,7 +241,7 @@ impl Cfg {
 
 /// The step: ∂n_mod in n_mod's nominal scale.
 #[inline(always)]
-pub fn normal<const N: usize, T: Tap>(
+pub fn normal_derivative<const N: usize, T: Tap>(
     cfg: &Cfg,
     roms: &Roms,
     input: In<'_, N>,
