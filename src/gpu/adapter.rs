@@ -82,6 +82,10 @@ pub fn named_limits(limits: &wgpu::Limits) -> Vec<(&'static str, u64)> {
     ]
 }
 
+/// The interfaces that a device may have: Vulkan on Linux, Metal on macOS, Direct3D 12 beside Vulkan on Windows.
+const BACKENDS: wgpu::Backends =
+    wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
+
 /// Every adapter that a driver offers, in the drivers' order. Empty without a driver.
 #[must_use]
 pub fn list() -> Vec<Adapter> {
@@ -89,11 +93,11 @@ pub fn list() -> Vec<Adapter> {
         return Vec::new();
     }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = wgpu::Backends::VULKAN;
+    descriptor.backends = BACKENDS;
     // A driver that is being written is not conformant yet; its author wants to see it here.
     descriptor.flags = wgpu::InstanceFlags::ALLOW_UNDERLYING_NONCOMPLIANT_ADAPTER;
     let instance = wgpu::Instance::new(descriptor);
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    let adapters = pollster::block_on(instance.enumerate_adapters(BACKENDS));
     adapters
         .into_iter()
         .enumerate()
