@@ -82,7 +82,7 @@ pub fn named_limits(limits: &wgpu::Limits) -> Vec<(&'static str, u64)> {
     ]
 }
 
-/// The interfaces that a device may have: Vulkan on Linux, Metal on macOS, Direct3D 12 beside Vulkan on Windows.
+/// The interfaces that a device may have: Vulkan on Linux, Metal on macOS, Direct3D 12 and Vulkan on Windows.
 const BACKENDS: wgpu::Backends =
     wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
 
