@@ -5,7 +5,7 @@ use rtl_model::regs::Reg;
 use rtl_model::stages::footprint::planar_unit;
 
 use super::Case;
-use super::sheet::{Sheet, real, zero};
+use super::sheet::{Known, Sheet, real, within, zero};
 use crate::base::num;
 use crate::policy::{Axis, Count, Minor, Placement};
 use crate::reference::real::Real;
@@ -34,7 +34,7 @@ pub(super) fn covariance(s: &mut Sheet<'_>, planar: bool) {
     let most = codes[0].raw.unsigned_abs().max(codes[2].raw.unsigned_abs());
     // The leading bit lies on one of the two top bits, as the exponent is even.
     let is_normal = most >> (width - 2) != 0 && most >> width == 0;
-    s.mantissas(Reg::CovK, 0, &k, zero(), is_normal);
+    s.mantissas(Reg::CovK, 0, k, is_normal);
 }
 
 /// λ1, λ2, the axis.
@@ -42,28 +42,26 @@ pub(super) fn eigen(s: &mut Sheet<'_>) {
     let [a, b, c] = s.vector(Reg::CovK, 0);
     let diff = c - a;
     let two_b = real(2.0) * b;
-    let (root, slack) = s.sqrt(diff * diff + two_b * two_b);
-    s.fixed(Reg::EigenRoot, 0, root, slack);
-    let root = s.value(Reg::EigenRoot, 0);
+    let root = s.fixed(Reg::EigenRoot, 0, s.sqrt(diff * diff + two_b * two_b));
     let longer = s.config.policy.footprint.axis == Axis::LongerDerivative;
     if !longer {
         let half = real(0.5);
-        s.fixed(Reg::EigenSq, 0, half * (a + c + root), zero());
-        s.fixed(Reg::EigenSq, 1, larger(half * (a + c - root), zero()), zero());
+        s.fixed(Reg::EigenSq, 0, half * (a + c + root));
+        s.fixed(Reg::EigenSq, 1, larger(half * (a + c - root), zero()));
     }
     for k in 0..2 {
-        let (exact, slack) = if k == 1 && s.config.policy.eigen.minor == Minor::Det && !longer {
+        let exact: Known = if k == 1 && s.config.policy.eigen.minor == Minor::Det && !longer {
             let major = s.value(Reg::EigenLambda, 0);
             if major.is_zero() {
                 continue;
             }
             let exact = larger(a * c - b * b, zero()).sqrt() / major;
             let share = (1.0 + s.tables.sqrt) * (1.0 + s.tables.recip) - 1.0;
-            (exact, Sheet::share(exact, share))
+            within(exact, Sheet::share(exact, share))
         } else {
             s.sqrt(s.value(Reg::EigenSq, k))
         };
-        s.fixed(Reg::EigenLambda, k, exact, slack);
+        s.fixed(Reg::EigenLambda, k, exact);
     }
     match s.config.policy.footprint.axis {
         Axis::EigenTable if s.config.tables.eigen.order == 0 => table_axis(s, two_b, diff),
@@ -89,9 +87,7 @@ fn nearest(s: &mut Sheet<'_>, candidates: &[[f64; 2]], slack: f64) {
     let best =
         candidates.iter().copied().chain(turned).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     if let Some(best) = best {
-        for (i, x) in best.into_iter().enumerate() {
-            s.fixed(Reg::EigenAxis, i, real(x), real(slack));
-        }
+        s.fixed_all(Reg::EigenAxis, 0, best.map(|x| within(real(x), real(slack))));
     }
 }
 
@@ -178,8 +174,7 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     let half = if planar { 1.0 } else { f64::from(size) / 2.0 };
     let config = s.config;
     let [major, minor] = [0, 1].map(|k| s.value(Reg::EigenLambda, k));
-    s.fixed(Reg::FootLength, 0, major * real(half), zero());
-    let length = s.value(Reg::FootLength, 0);
+    let length = s.fixed(Reg::FootLength, 0, major * real(half));
     let policy = &config.policy.footprint;
     let [most, of] = policy.count.most(policy.max_probes).map(f64::from);
     let cap = of / most;
@@ -194,14 +189,15 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
     );
     let inside = |x: Wide| s.is_inside(Reg::FootWidth, 0, x);
     if saturates || (inside(minor * real(half)) && inside(capped)) {
-        s.fixed(Reg::FootWidth, 0, exact, Sheet::share(capped, 2.0 * f64::EPSILON));
+        let slack = Sheet::share(capped, 2.0 * f64::EPSILON);
+        s.fixed(Reg::FootWidth, 0, within(exact, slack));
     }
     let width = s.value(Reg::FootWidth, 0);
     if width.to_f64() > 0.0 {
         let last = f64::from(sizes[0].max(sizes[1]).max(1).ilog2());
         let lod = libm::log2(width.to_f64()).clamp(0.0, last);
         let slack = s.tables.log2 + 16.0 * f64::EPSILON;
-        s.fixed(Reg::FootLod, 0, real(lod), real(slack));
+        s.fixed(Reg::FootLod, 0, within(real(lod), real(slack)));
     }
     let Some(count) = case.count() else { return };
     if case.input("count", 0).is_none() && length.to_f64() >= 0.0 && width.to_f64() > 0.0 {
@@ -223,9 +219,8 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
         if feline && major.to_f64() >= 512.0 {
             continue;
         }
-        s.fixed(Reg::FootLine, k, body * axis, slack * axis.abs());
-        let nominal =
-            s.value(Reg::FootLine, k) / real(if planar { f64::from(unit) / 2.0 } else { 1.0 });
+        let line = s.fixed(Reg::FootLine, k, within(body * axis, slack * axis.abs()));
+        let nominal = line / real(in_units);
         let parts = if feline { 2 * (count - 1) } else { 2 * count };
         let ratio = f64::from(unit) / f64::from(sizes[k].max(1));
         let over = (f64::from(unit - 1) / f64::from(sizes[k].max(1))).floor();
@@ -234,7 +229,7 @@ pub(super) fn footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: b
         let exact = if parts > 0 { nominal * real(ratio) / real(parts as f64) } else { zero() };
         // The quotient's table has `bits` fraction bits.
         let slack = nominal.abs() * real(libm::exp2(-bits - 1.0));
-        s.fixed(Reg::FootStep, k, exact, slack);
+        s.fixed(Reg::FootStep, k, within(exact, slack));
     }
 }
 

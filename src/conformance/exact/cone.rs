@@ -43,7 +43,7 @@ fn code(sheet: &mut Sheet<'_>, format: SmallFloat, name: &'static str, code: i64
     };
     // The reference's own error.
     let slack = 1e-15 * (want / lsb).abs();
-    sheet.number(name, code, want / lsb, ((held - want) / lsb).abs(), own + slack);
+    sheet.number(name, code, [want / lsb, ((held - want) / lsb).abs(), own + slack]);
 }
 
 /// The stage.

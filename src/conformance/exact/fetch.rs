@@ -5,7 +5,7 @@ use rtl_model::regs::Reg;
 use rtl_model::stages::filter::weights::weights;
 
 use super::Case;
-use super::sheet::{Sheet, real, zero};
+use super::sheet::{Sheet, real, within, zero};
 use crate::base::num;
 use crate::cube::{CubeMap, FACE_AXES, direction, major_face};
 use crate::policy::{Weights, Wrap};
@@ -102,8 +102,7 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
             } else {
                 x
             };
-            s.fixed(reg, index, x, zero());
-            uv[i] = s.value(reg, index);
+            uv[i] = s.fixed(reg, index, x);
         }
         let probe =
             if planar { Probe { face: 0, uv, slack: zero() } } else { on_cube(s, face, uv) };
@@ -112,7 +111,7 @@ pub(super) fn address(s: &mut Sheet<'_>, case: &Case<'_>, size: u32, planar: boo
             for (i, size) in sizes.into_iter().enumerate() {
                 let half = real(size / 2.0);
                 let exact = (probe.uv[i] + real(1.0)) * half - real(0.5);
-                s.fixed(Reg::AddrS, 4 * index + 2 * l + i, exact, probe.slack * half);
+                s.fixed(Reg::AddrS, 4 * index + 2 * l + i, within(exact, probe.slack * half));
             }
         }
     }
@@ -196,9 +195,9 @@ fn bilinear(s: &mut Sheet<'_>, map: &CubeMap, face: usize, count: i64, [first, t
                 }
                 let component = 6 * k + 3 * l + c;
                 if narrowed {
-                    s.fixed(Reg::FilterBilinear, component, sum, zero());
+                    s.fixed(Reg::FilterBilinear, component, sum);
                 } else {
-                    s.exact(Reg::FilterBilinear, component, sum, zero());
+                    s.exact(Reg::FilterBilinear, component, sum);
                 }
             }
         }
@@ -226,6 +225,6 @@ fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
                 + s.value(Reg::FilterBilinear, 6 * k + 3 + c) * next;
             sum = sum + Wide::code(*share, 0) * value;
         }
-        s.fixed(Reg::FilterColor, c, sum / Wide::code(total, 0), zero());
+        s.fixed(Reg::FilterColor, c, sum / Wide::code(total, 0));
     }
 }

@@ -10,7 +10,7 @@ use super::Case;
 use super::front::{components, rotation};
 use super::jacobian::{derivative, project_d};
 use super::ports::{vector, word};
-use super::sheet::{Sheet, real, zero};
+use super::sheet::{Sheet, real, within, zero};
 use crate::base::num;
 use crate::policy::{ConeEnv, HitFootprint, HitStatus, LookUp, Method};
 use crate::reference::real::Real;
@@ -39,12 +39,10 @@ fn look_up(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], memory: &DistanceMemor
     let bilinear = s.config.policy.hit.lookup == LookUp::Bilinear;
     for (i, side) in [sc, tc].into_iter().enumerate() {
         let exact = side / ma;
-        let slack = Sheet::share(exact, s.tables.recip);
-        s.fixed_in(Reg::HitUv, 2 * index + i, exact, slack, Some(real(1.0)));
-        let uv = s.value(Reg::HitUv, 2 * index + i);
+        let quotient = within(exact, Sheet::share(exact, s.tables.recip));
+        let uv = s.fixed_in(Reg::HitUv, 2 * index + i, quotient, real(1.0));
         let shift = if bilinear { real(0.5) } else { zero() };
-        let exact = (uv + real(1.0)) * n * real(0.5) - shift;
-        s.fixed(Reg::HitS, 2 * index + i, exact, zero());
+        s.fixed(Reg::HitS, 2 * index + i, (uv + real(1.0)) * n * real(0.5) - shift);
     }
     if bilinear {
         radius(s, index, face, *size, codes, memory.scale);
@@ -86,7 +84,7 @@ fn radius(s: &mut Sheet<'_>, index: usize, face: usize, size: usize, codes: &[u3
         }
         sum = sum + Wide::code(code.min(finite) * weight, frac);
     }
-    s.fixed(Reg::HitRadius, index, sum, zero());
+    s.fixed(Reg::HitRadius, index, sum);
 }
 
 /// The state of the search: the last undershoot and overshoot as (d, ratio).
@@ -103,7 +101,7 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     };
     for c in 0..3 {
         if let Some(x) = word(case, "x", c) {
-            s.fixed(Reg::HitX, c, x, zero());
+            s.fixed(Reg::HitX, c, x);
         }
     }
     vector(s, case, Reg::HitDirection, "r");
@@ -114,13 +112,9 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     } else {
         mantissas.map(|m| Wide::code(m, width - 1))
     };
-    let (inv, slack) = s.rsqrt(dot(v, v));
-    s.block(Reg::HitInvNorm, 0, &[inv], slack);
-    let exact = scale(s.value(Reg::HitInvNorm, 0), v);
-    for (i, x) in exact.into_iter().enumerate() {
-        s.fixed(Reg::HitR, i, x, zero());
-    }
-    let (x, r) = (s.vector(Reg::HitX, 0), s.vector(Reg::HitR, 0));
+    let inv = s.scalar(Reg::HitInvNorm, 0, s.rsqrt(dot(v, v)));
+    let r = s.fixed_all(Reg::HitR, 0, scale(inv, v));
+    let x = s.vector(Reg::HitX, 0);
     look_up(s, 0, r, memory);
     look_up(s, 1, x, memory);
     measure(s, 0, x, 1);
@@ -129,7 +123,7 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
     if s.has(Reg::HitD, 0) {
         let stopped = matches!(status, HitStatus::AtSurface | HitStatus::Outside);
         let first = if stopped { zero() } else { far * (real(1.0) - p) };
-        s.fixed(Reg::HitD, 0, first, zero());
+        s.fixed(Reg::HitD, 0, first);
     }
     point(s, 0, x, r);
     let mut bracket = Bracket { under: (zero(), p), over: None, side: 0 };
@@ -143,8 +137,7 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
         measure(s, k + 1, l, k + 2);
         step(s, k, far, &mut bracket);
         if s.has(Reg::HitD, k + 1) {
-            let exact = s.value(Reg::HitD, k) + s.value(Reg::HitStep, k);
-            s.fixed(Reg::HitD, k + 1, exact, zero());
+            s.fixed(Reg::HitD, k + 1, s.value(Reg::HitD, k) + s.value(Reg::HitStep, k));
             point(s, k + 1, x, r);
         }
     }
@@ -153,16 +146,14 @@ pub(super) fn hit(s: &mut Sheet<'_>, case: &Case<'_>, memory: Option<&DistanceMe
         Some(k) if status != HitStatus::Escaped => s.vector(Reg::HitL, 3 * k),
         _ => r,
     };
-    s.block(Reg::HitTo, 0, &to, zero());
+    s.block(Reg::HitTo, 0, to);
     basis(s, r);
 }
 
 /// |q| and |q|/dist(q).
 fn measure(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], look_up: usize) {
-    let (length, slack) = s.sqrt(dot(q, q));
-    s.fixed(Reg::HitLength, index, length, slack);
+    let length = s.fixed(Reg::HitLength, index, s.sqrt(dot(q, q)));
     let radius = s.value(Reg::HitRadius, look_up);
-    let length = s.value(Reg::HitLength, index);
     if !s.has(Reg::HitRadius, look_up) || radius.is_zero() || length.is_zero() {
         return;
     }
@@ -170,15 +161,12 @@ fn measure(s: &mut Sheet<'_>, index: usize, q: [Wide; 3], look_up: usize) {
     // 1/dist goes through a register of its own, of which a trace shows the last value alone.
     let word = libm::ldexp(1.0, 1 - num::i32(s.config.format(Reg::HitInvRadius).magnitude_bits()));
     let share = (1.0 + s.tables.recip) * (1.0 + word) - 1.0;
-    s.fixed(Reg::HitRatio, index, exact, Sheet::share(exact, share));
+    s.fixed(Reg::HitRatio, index, within(exact, Sheet::share(exact, share)));
 }
 
 /// l = x + R d.
 fn point(s: &mut Sheet<'_>, index: usize, x: [Wide; 3], r: [Wide; 3]) {
-    let exact = add(x, scale(s.value(Reg::HitD, index), r));
-    for (i, exact) in exact.into_iter().enumerate() {
-        s.fixed(Reg::HitL, 3 * index + i, exact, zero());
-    }
+    s.fixed_all(Reg::HitL, 3 * index, add(x, scale(s.value(Reg::HitD, index), r)));
 }
 
 /// The step after ratio f, by the unit's method.
@@ -205,8 +193,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
         bracket.over.unwrap_or((zero(), zero()))
     };
     if halves && bracket.over.is_some() {
-        s.fixed(Reg::HitHalved, k, (one + other.1) * real(0.5), zero());
-        other.1 = s.value(Reg::HitHalved, k);
+        other.1 = s.fixed(Reg::HitHalved, k, (one + other.1) * real(0.5));
         if side > 0 {
             bracket.under = other;
         } else {
@@ -219,7 +206,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     let secant =
         bracket.over.is_none() && s.config.policy.hit.method == Method::Secant && f > before.1;
     if bracket.over.is_none() && !secant {
-        s.fixed(Reg::HitStep, k, far * (one - f), zero());
+        s.fixed(Reg::HitStep, k, far * (one - f));
         return;
     }
     let (d0, p) = if secant { before } else { other };
@@ -232,7 +219,7 @@ fn step(s: &mut Sheet<'_>, k: usize, far: Wide, bracket: &mut Bracket) {
     let share =
         (1.0 + s.tables.recip) * (1.0 + word(Reg::HitInvSpan)) * (1.0 + word(Reg::HitQuotient))
             - 1.0;
-    s.fixed(Reg::HitStep, k, exact, Sheet::share(exact, share));
+    s.fixed(Reg::HitStep, k, within(exact, Sheet::share(exact, share)));
 }
 
 /// t1 = unit(e_k × R), t2 = R × t1, where the footprint is a disc.
@@ -241,17 +228,10 @@ fn basis(s: &mut Sheet<'_>, r: [Wide; 3]) {
         return;
     }
     let across = beside(r);
-    let (inv, slack) = s.rsqrt(dot(across, across));
-    s.block(Reg::HitInvAcross, 0, &[inv], slack);
+    let inv = s.scalar(Reg::HitInvAcross, 0, s.rsqrt(dot(across, across)));
     if s.config.policy.hit.footprint == HitFootprint::Disc {
-        let t1 = scale(s.value(Reg::HitInvAcross, 0), across);
-        for (i, x) in t1.into_iter().enumerate() {
-            s.fixed(Reg::HitTangent, i, x, zero());
-        }
-        let t2 = cross(r, s.vector(Reg::HitTangent, 0));
-        for (i, x) in t2.into_iter().enumerate() {
-            s.fixed(Reg::HitTangent, 3 + i, x, zero());
-        }
+        let t1 = s.fixed_all(Reg::HitTangent, 0, scale(inv, across));
+        s.fixed_all(Reg::HitTangent, 3, cross(r, t1));
     }
 }
 

@@ -4,7 +4,7 @@ use rtl_model::port::unpack;
 use rtl_model::regs::Reg;
 
 use super::Case;
-use super::sheet::{Sheet, zero};
+use super::sheet::Sheet;
 use crate::reference::wide::Wide;
 
 /// The number that a port takes from a word.
@@ -17,7 +17,7 @@ pub(super) fn word(case: &Case<'_>, name: &str, component: usize) -> Option<Wide
 /// Three words, a vector whose mantissas share an exponent.
 pub(super) fn vector(sheet: &mut Sheet<'_>, case: &Case<'_>, reg: Reg, name: &str) {
     if let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|i| word(case, name, i)) {
-        sheet.block(reg, 0, &[x, y, z], zero());
+        sheet.block(reg, 0, [x, y, z]);
     }
 }
 
@@ -25,7 +25,7 @@ pub(super) fn vector(sheet: &mut Sheet<'_>, case: &Case<'_>, reg: Reg, name: &st
 fn scalars(sheet: &mut Sheet<'_>, case: &Case<'_>, reg: Reg, name: &str) {
     for c in 0..reg.info().components {
         if let Some(x) = word(case, name, c) {
-            sheet.fixed(reg, c, x, zero());
+            sheet.fixed(reg, c, x);
         }
     }
 }

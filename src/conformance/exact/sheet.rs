@@ -57,6 +57,24 @@ pub struct Sheet<'a> {
     probe: &'a RtlProbe,
 }
 
+/// An exact value as far as it is known: what a register holds may lie `slack` farther off than its own rounding.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub(super) value: Wide,
+    pub(super) slack: Wide,
+}
+
+impl From<Wide> for Known {
+    fn from(value: Wide) -> Self {
+        within(value, Wide::ZERO)
+    }
+}
+
+/// A value that is known to `slack`.
+pub(super) const fn within(value: Wide, slack: Wide) -> Known {
+    Known { value, slack }
+}
+
 /// 0.
 pub(super) const fn zero() -> Wide {
     Wide::ZERO
@@ -140,30 +158,49 @@ impl<'a> Sheet<'a> {
         x.times_power(frac).abs() < Wide::code(self.config.format(reg).max_raw() - 1, 0)
     }
 
-    /// A component of a fixed register whose exact value is known to `slack`, in true units.
-    pub fn fixed(&mut self, reg: Reg, component: usize, exact: Wide, slack: Wide) {
-        self.fixed_in(reg, component, exact, slack, None);
+    /// A component of a fixed register against its exact value in true units. What the register holds comes back, for
+    /// the next step's formula.
+    pub(super) fn fixed(&mut self, reg: Reg, component: usize, exact: impl Into<Known>) -> Wide {
+        self.rounded(reg, component, exact.into());
+        self.value(reg, component)
+    }
+
+    /// Components of a fixed register from the first on.
+    pub(super) fn fixed_all<const N: usize>(
+        &mut self,
+        reg: Reg,
+        first: usize,
+        exact: [impl Into<Known>; N],
+    ) -> [Wide; N] {
+        let mut components = first..;
+        exact.map(|x| self.fixed(reg, components.next().unwrap_or(first), x))
     }
 
     /// [`Sheet::fixed`] of a register that is clamped to ±`limit` in addition to its format's range.
-    pub fn fixed_in(
+    pub(super) fn fixed_in(
         &mut self,
         reg: Reg,
         component: usize,
-        exact: Wide,
-        slack: Wide,
-        limit: Option<Wide>,
-    ) {
+        exact: impl Into<Known>,
+        limit: Wide,
+    ) -> Wide {
+        let Known { value, slack } = exact.into();
+        let value = if value > limit {
+            limit
+        } else if value < -limit {
+            -limit
+        } else {
+            value
+        };
+        self.fixed(reg, component, within(value, slack))
+    }
+
+    fn rounded(&mut self, reg: Reg, component: usize, exact: Known) {
         let Some(code) = self.codes(reg).get(component).filter(|c| c.is_written()) else {
             return;
         };
         let lsb = |x: Wide| x.times_power(code.frac);
-        let exact = match limit {
-            Some(limit) if exact > limit => limit,
-            Some(limit) if exact < -limit => -limit,
-            _ => exact,
-        };
-        let (x, slack) = (lsb(exact), lsb(slack).to_f64());
+        let (x, slack) = (lsb(exact.value), lsb(exact.slack).to_f64());
         let bound = if slack == 0.0 && is_whole(x) {
             // Nothing is left to round.
             OWN
@@ -199,36 +236,45 @@ impl<'a> Sheet<'a> {
             };
             error = error.min(other);
         }
-        self.note(reg, component, code.raw, x.to_f64(), error, bound);
+        self.note(reg, component, code.raw, [x.to_f64(), error, bound]);
     }
 
     /// A component that rounds nothing.
-    pub fn exact(&mut self, reg: Reg, component: usize, exact: Wide, slack: Wide) {
+    pub(super) fn exact(&mut self, reg: Reg, component: usize, exact: Wide) {
         let Some(code) = self.codes(reg).get(component).filter(|c| c.is_written()) else {
             return;
         };
-        let (raw, x) = (code.raw, exact.times_power(code.frac));
-        let bound = slack.times_power(code.frac).to_f64() + OWN;
-        let error = (Wide::code(raw, 0) - x).abs().to_f64();
-        self.note(reg, component, raw, x.to_f64(), error, bound);
+        let x = exact.times_power(code.frac);
+        let error = (Wide::code(code.raw, 0) - x).abs().to_f64();
+        self.note(reg, component, code.raw, [x.to_f64(), error, OWN]);
     }
 
-    /// A block: its largest mantissa must fill the register, all must be next to the exact values; `slack` in true units.
-    pub fn block(&mut self, reg: Reg, first: usize, exact: &[Wide], slack: Wide) {
+    /// A block: its largest mantissa must fill the register, all must be next to the exact values. What the register
+    /// holds comes back.
+    pub(super) fn block<const N: usize>(
+        &mut self,
+        reg: Reg,
+        first: usize,
+        exact: [impl Into<Known>; N],
+    ) -> [Wide; N] {
         let width = self.config.format(reg).magnitude_bits();
-        let Some(codes) = self.codes(reg).get(first..first + exact.len()) else {
-            return;
-        };
-        if codes.iter().any(|c| !c.is_written()) {
-            return;
+        let codes = self.codes(reg).get(first..first + N).unwrap_or(&[]);
+        if !codes.is_empty() && codes.iter().all(|c| c.is_written()) {
+            let most = largest(codes);
+            let is_normal = most >= 1 << (width - 1) && most < 1 << width;
+            self.mantissas(reg, first, exact, is_normal);
         }
-        let most = codes.iter().map(|c| c.raw.unsigned_abs()).max().unwrap_or(0);
-        let is_normal = most >= 1 << (width - 1) && most < 1 << width;
-        self.mantissas(reg, first, exact, slack, is_normal);
+        std::array::from_fn(|c| self.value(reg, first + c))
+    }
+
+    /// A block of one number.
+    pub(super) fn scalar(&mut self, reg: Reg, component: usize, exact: impl Into<Known>) -> Wide {
+        let [held] = self.block(reg, component, [exact]);
+        held
     }
 
     /// A block whose power of two means nothing: codes next to a multiple of the direction by a power of two.
-    pub fn block_direction(&mut self, reg: Reg, first: usize, exact: [Wide; 3]) {
+    pub(super) fn block_direction(&mut self, reg: Reg, first: usize, exact: [Wide; 3]) {
         let codes = [0, 1, 2].map(|i| self.codes(reg).get(first + i).copied());
         let [Some(a), Some(b), Some(c)] = codes else {
             return;
@@ -240,7 +286,7 @@ impl<'a> Sheet<'a> {
         let held = most([a, b, c].map(|c| Wide::code(c.raw, c.frac).to_f64()));
         let want = most(exact.map(|x| x.to_f64()));
         if held == 0.0 || want == 0.0 {
-            self.block(reg, first, &exact, Wide::ZERO);
+            self.block(reg, first, exact);
             return;
         }
         // Rounding up may reach the next power of two: the nearer of the two.
@@ -253,84 +299,54 @@ impl<'a> Sheet<'a> {
             .into_iter()
             .min_by(|a, b| error(*a).total_cmp(&error(*b)))
             .unwrap_or(shift);
-        self.block(reg, first, &exact.map(|x| x.times_power(shift)), Wide::ZERO);
+        self.block(reg, first, exact.map(|x| x.times_power(shift)));
     }
 
     /// [`Sheet::block`] with its own view of what is normalised.
-    pub fn mantissas(
+    pub(super) fn mantissas<const N: usize>(
         &mut self,
         reg: Reg,
         first: usize,
-        exact: &[Wide],
-        slack: Wide,
+        exact: [impl Into<Known>; N],
         is_normal: bool,
     ) {
-        let width = self.config.format(reg).magnitude_bits();
-        let codes = self.codes(reg);
-        let end = (1i64 << width) - 1;
-        let exact_len = exact.len();
-        for (c, exact) in exact.iter().enumerate() {
-            let Some(code) = codes.get(first + c).filter(|c| c.is_written()) else {
+        let codes = self.codes(reg).get(first..).unwrap_or(&[]);
+        let all_zero = largest(&codes[..codes.len().min(N)]) == 0;
+        let end = (1i64 << self.config.format(reg).magnitude_bits()) - 1;
+        for (c, (code, exact)) in codes.iter().zip(exact).enumerate() {
+            if !code.is_written() {
                 continue;
-            };
-            let x = exact.times_power(code.frac);
+            }
+            let Known { value, slack } = exact.into();
+            let x = value.times_power(code.frac);
             // What rounds up to the next power of two stays at the largest code.
             let own = if code.raw.abs() == end { 1.0 } else { self.rounding(reg) };
             let bound = own + slack.times_power(code.frac).to_f64() + OWN;
             let error = (Wide::code(code.raw, 0) - x).abs().to_f64();
-            let all_zero = largest(codes, first, exact_len) == 0;
             let error = if is_normal || (all_zero && x.is_zero()) { error } else { f64::INFINITY };
-            self.note(reg, first + c, code.raw, x.to_f64(), error, bound);
+            self.note(reg, first + c, code.raw, [x.to_f64(), error, bound]);
         }
     }
 
-    fn note(
-        &mut self,
-        reg: Reg,
-        component: usize,
-        observed: i64,
-        exact: f64,
-        error: f64,
-        bound: f64,
-    ) {
-        self.findings.push(Finding {
-            stage: self.stage,
-            reg: Some(reg),
-            name: reg.info().name,
-            component,
-            observed,
-            exact,
-            error,
-            bound,
-        });
+    fn note(&mut self, reg: Reg, component: usize, observed: i64, numbers: [f64; 3]) {
+        self.number(reg.info().name, observed, numbers);
+        if let Some(finding) = self.findings.last_mut() {
+            (finding.reg, finding.component) = (Some(reg), component);
+        }
     }
 
     /// A number that must be the expected one.
     pub fn choice(&mut self, name: &'static str, observed: i64, expected: i64) {
         #[expect(clippy::cast_precision_loss, reason = "small numbers")]
         let (exact, error) = (expected as f64, (observed - expected).unsigned_abs() as f64);
-        self.number(name, observed, exact, error, 0.0);
+        self.number(name, observed, [exact, error, 0.0]);
     }
 
-    /// A number that is no register of the fixed kind, in its own LSB.
-    pub fn number(
-        &mut self,
-        name: &'static str,
-        observed: i64,
-        exact: f64,
-        error: f64,
-        bound: f64,
-    ) {
-        self.findings.push(Finding {
-            stage: self.stage,
-            reg: None,
-            name,
-            component: 0,
-            observed,
-            exact,
-            error,
-            bound,
-        });
+    /// A number that is no register of the fixed kind, in its own LSB: its exact value, its error and the bound.
+    pub fn number(&mut self, name: &'static str, observed: i64, [exact, error, bound]: [f64; 3]) {
+        let (stage, reg, component) = (self.stage, None, 0);
+        let finding = Finding { stage, reg, name, component, observed, exact, error, bound };
+        self.findings.push(finding);
     }
 
     /// A relative error of a table as an absolute one.
@@ -339,25 +355,22 @@ impl<'a> Sheet<'a> {
         x.abs() * real(relative)
     }
 
-    /// 1/x, and the largest error of the table; 0 for 0.
-    #[must_use]
-    pub fn recip(&self, x: Wide) -> (Wide, Wide) {
+    /// 1/x by its table; 0 for 0.
+    pub(super) fn recip(&self, x: Wide) -> Known {
         let y = real(1.0) / x;
-        (y, Self::share(y, self.tables.recip))
+        within(y, Self::share(y, self.tables.recip))
     }
 
-    /// √x, and the largest error of the table.
-    #[must_use]
-    pub fn sqrt(&self, x: Wide) -> (Wide, Wide) {
+    /// √x by its table.
+    pub(super) fn sqrt(&self, x: Wide) -> Known {
         let y = x.sqrt();
-        (y, Self::share(y, self.tables.sqrt))
+        within(y, Self::share(y, self.tables.sqrt))
     }
 
-    /// 1/√x, and the largest error of the table; 0 for 0.
-    #[must_use]
-    pub fn rsqrt(&self, x: Wide) -> (Wide, Wide) {
+    /// 1/√x by its table; 0 for 0.
+    pub(super) fn rsqrt(&self, x: Wide) -> Known {
         let y = real(1.0) / x.sqrt();
-        (y, Self::share(y, self.tables.rsqrt))
+        within(y, Self::share(y, self.tables.rsqrt))
     }
 }
 
@@ -368,7 +381,6 @@ fn is_whole(x: Wide) -> bool {
 }
 
 /// The largest magnitude of some codes.
-fn largest(codes: &[Code], first: usize, len: usize) -> u64 {
-    let block = codes.iter().skip(first).take(len);
-    block.map(|code| code.raw.unsigned_abs()).max().unwrap_or(0)
+fn largest(codes: &[Code]) -> u64 {
+    codes.iter().map(|code| code.raw.unsigned_abs()).max().unwrap_or(0)
 }

@@ -6,7 +6,7 @@ use rtl_model::stages::footprint::planar_unit;
 
 use super::Case;
 use super::ports::{vector, word};
-use super::sheet::{Sheet, real, zero};
+use super::sheet::{Known, Sheet, real, within, zero};
 use crate::policy::{ConeGradient, ConeRules};
 use crate::reference::real::Real;
 use crate::reference::vector::{beside, cross, dot, scale};
@@ -38,16 +38,14 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
             let shift = s.codes(port).first().map_or(0, |c| c.frac)
                 - i64::from(s.config.format(port).magnitude_bits())
                 + 1;
-            let (inv, slack) = s.rsqrt(dot(v, v));
-            s.block(Reg::SurfInvLength, k, &[inv.times_power(shift)], slack.times_power(shift));
-            let inv = s.value(Reg::SurfInvLength, k).times_power(-shift);
-            for (i, x) in v.into_iter().enumerate() {
-                s.fixed(to, i, x * inv, zero());
-            }
+            let Known { value, slack } = s.rsqrt(dot(v, v));
+            let inv = within(value.times_power(shift), slack.times_power(shift));
+            let inv = s.scalar(Reg::SurfInvLength, k, inv).times_power(-shift);
+            s.fixed_all(to, 0, scale(inv, v));
         }
     }
     let (d, n) = (s.vector(Reg::SurfD, 0), s.vector(Reg::SurfN, 0));
-    s.fixed(Reg::SurfCosine, 0, dot(d, n), zero());
+    s.fixed(Reg::SurfCosine, 0, dot(d, n));
     let mut across = cross(d, n);
     let parallel = across.iter().all(|x| x.is_zero());
     let otk = s.config.policy.cone.rules == ConeRules::Otk;
@@ -57,18 +55,10 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
     if parallel || flat {
         across = beside(n);
     }
-    s.block(Reg::SurfCross, 0, &across, zero());
-    let across = s.vector(Reg::SurfCross, 0);
-    let (inv, slack) = s.rsqrt(dot(across, across));
-    s.block(Reg::SurfInvCross, 0, &[inv], slack);
-    let unit = scale(s.value(Reg::SurfInvCross, 0), across);
-    for (i, x) in unit.into_iter().enumerate() {
-        s.fixed(Reg::SurfAcross, i, x, zero());
-    }
-    let along = cross(n, s.vector(Reg::SurfAcross, 0));
-    for (i, x) in along.into_iter().enumerate() {
-        s.fixed(Reg::SurfAlong, i, x, zero());
-    }
+    let across = s.block(Reg::SurfCross, 0, across);
+    let inv = s.scalar(Reg::SurfInvCross, 0, s.rsqrt(dot(across, across)));
+    let across = s.fixed_all(Reg::SurfAcross, 0, scale(inv, across));
+    let along = s.fixed_all(Reg::SurfAlong, 0, cross(n, across));
     let lsb = s.lsb(Reg::SurfCosine, 0);
     let least = real(1.0 / f64::from(s.config.policy.surface_footprint.max_anisotropy.max(1)));
     let (divisor, rounded) = if parallel || flat {
@@ -81,17 +71,14 @@ fn project(s: &mut Sheet<'_>, case: &Case<'_>) {
             s.config.policy.surface_footprint.max_anisotropy.is_power_of_two() && least >= lsb;
         (least, if exact { zero() } else { lsb })
     };
-    let (inv, slack) = s.recip(divisor);
-    s.block(Reg::SurfInvCosine, 0, &[inv], slack + inv * inv * rounded);
+    let Known { value, slack } = s.recip(divisor);
+    let inv = within(value, slack + value * value * rounded);
+    let inv = s.scalar(Reg::SurfInvCosine, 0, inv);
     let Some(w) = width(s, case) else { return };
     let w = if otk { w } else { w.abs() };
-    s.block(Reg::SurfStretch, 0, &[w * s.value(Reg::SurfInvCosine, 0)], zero());
-    let dp_dx = scale(s.value(Reg::SurfStretch, 0), s.vector(Reg::SurfAlong, 0));
-    let dp_dy = scale(w, s.vector(Reg::SurfAcross, 0));
-    for i in 0..3 {
-        s.fixed(Reg::SurfDpDx, i, dp_dx[i], zero());
-        s.fixed(Reg::SurfDpDy, i, dp_dy[i], zero());
-    }
+    let stretch = s.scalar(Reg::SurfStretch, 0, w * inv);
+    s.fixed_all(Reg::SurfDpDx, 0, scale(stretch, along));
+    s.fixed_all(Reg::SurfDpDy, 0, scale(w, across));
 }
 
 /// ∇s and ∇t.
@@ -100,26 +87,21 @@ fn gradients(s: &mut Sheet<'_>) {
     let regs = [Reg::SurfGradS, Reg::SurfGradT];
     let gram = s.config.policy.cone.gradient == ConeGradient::Gram;
     if gram {
-        s.block(Reg::SurfPlane, 0, &cross(tangents[0], tangents[1]), zero());
+        s.block(Reg::SurfPlane, 0, cross(tangents[0], tangents[1]));
     }
     let plane = s.vector(Reg::SurfPlane, 0);
     if !gram || plane.iter().all(|x| x.is_zero()) {
         for (i, v) in tangents.into_iter().enumerate() {
-            let (inv, slack) = s.recip(dot(v, v));
-            s.block(Reg::SurfInvSquare, i, &[inv], slack);
-            let exact = scale(s.value(Reg::SurfInvSquare, i), v);
-            s.block(regs[i], 0, &exact, zero());
+            let inv = s.scalar(Reg::SurfInvSquare, i, s.recip(dot(v, v)));
+            s.block(regs[i], 0, scale(inv, v));
         }
         return;
     }
-    let (inv, slack) = s.recip(dot(plane, plane));
-    s.block(Reg::SurfInvSquare, 0, &[inv], slack);
+    let inv = s.scalar(Reg::SurfInvSquare, 0, s.recip(dot(plane, plane)));
     let turned = [cross(tangents[1], plane), cross(plane, tangents[0])];
     for (i, exact) in turned.into_iter().enumerate() {
-        s.block(Reg::SurfTurned, 3 * i, &exact, zero());
-        let turned = s.vector(Reg::SurfTurned, 3 * i);
-        let exact = scale(s.value(Reg::SurfInvSquare, 0), turned);
-        s.block(regs[i], 0, &exact, zero());
+        let turned = s.block(Reg::SurfTurned, 3 * i, exact);
+        s.block(regs[i], 0, scale(inv, turned));
     }
 }
 
@@ -134,7 +116,7 @@ fn gathered(s: &mut Sheet<'_>, regs: [(Reg, usize); 4], exact: [Wide; 4]) {
     for ((reg, c), x) in regs.into_iter().zip(exact) {
         // Aligning may cut bits before the rounding: one LSB more.
         let slack = s.lsb(reg, c);
-        s.mantissas(reg, c, &[x], slack, is_normal || most == 0);
+        s.mantissas(reg, c, [within(x, slack)], is_normal || most == 0);
     }
 }
 
@@ -150,7 +132,7 @@ pub(super) fn surface_footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32) {
     }
     for (k, reg) in [Reg::SurfS, Reg::SurfT].into_iter().enumerate() {
         if let Some(x) = word(case, "st", k) {
-            s.fixed(reg, 0, x, zero());
+            s.fixed(reg, 0, x);
         }
     }
     project(s, case);
@@ -162,7 +144,7 @@ pub(super) fn surface_footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32) {
     if case.input("triangle", 0) == Some(1) {
         if let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(|k| word(case, "edge_st", k))
         {
-            s.block(Reg::SurfEdge, 0, &[a, b, c, d], zero());
+            s.block(Reg::SurfEdge, 0, [a, b, c, d]);
         }
         let at = [0, 1, 2, 3].map(|c| (Reg::SurfBarycentric, c));
         gathered(s, at, sums);
@@ -183,5 +165,5 @@ pub(super) fn surface_footprint(s: &mut Sheet<'_>, case: &Case<'_>, size: u32) {
     let texels = [s_x * columns, s_y * columns, t_x * rows, t_y * rows];
     // The stage alone counts D in half of a power of two of texels; the tap brings it back.
     debug_assert!(planar_unit([size, size]) >= 1);
-    s.block(Reg::SurfJac, 0, &texels, zero());
+    s.block(Reg::SurfJac, 0, texels);
 }
