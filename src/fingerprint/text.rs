@@ -3,9 +3,11 @@
 use std::io::{self, Write};
 
 use super::check::Group;
-use super::levels::SIZE;
+use super::cube::Ties;
+use super::levels::{Curve, Fit, SIZE};
+use super::rho::{Projection, Rho};
 use super::steps::{SWEEP, Staircase, Steps};
-use super::text_taps::{self, indent, power};
+use super::text_taps::{filters, indented, power, taps};
 use super::{Fingerprint, honours, shape_name, source_name};
 use crate::report::table::{Table, places, text, value, whole};
 use crate::sampler::Format;
@@ -17,13 +19,10 @@ use crate::sampler::Format;
 /// The writer's error.
 pub fn print(out: &mut dyn Write, adapter: &str, found: &Fingerprint) -> io::Result<()> {
     writeln!(out, "fingerprint of {adapter}\n")?;
-    weights(out, found)?;
-    levels(out, found)?;
-    gradients(out, found)?;
-    text_taps::filters(out, found)?;
-    text_taps::taps(out, found)?;
-    cubes(out, found)?;
-    checks(out, found)
+    for section in [weights, levels, gradients, filters, taps, cubes, checks] {
+        out.write_all(section(found).as_bytes())?;
+    }
+    Ok(())
 }
 
 fn stairs(s: &Staircase) -> String {
@@ -41,110 +40,73 @@ fn stairs(s: &Staircase) -> String {
     text
 }
 
-fn weights(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "1. weights between texels")?;
-    writeln!(
-        out,
-        "   measured: an impulse column and row, the coordinate in {SWEEP} steps from one texel centre to the next;"
-    )?;
-    writeln!(
-        out,
-        "   resolution 1/{SWEEP} texel, and of the output its format's own (8 bits of rgba8unorm)"
-    )?;
+fn weights(found: &Fingerprint) -> String {
+    let mut out = format!(
+        "1. weights between texels
+   measured: an impulse column and row, the coordinate in {SWEEP} steps from one texel centre to the next;
+   resolution 1/{SWEEP} texel, and of the output its format's own (8 bits of rgba8unorm)
+"
+    );
     for w in &found.weights {
         let [x, y] = &w.axes;
-        writeln!(out, "   {}: {}", w.format.name(), stairs(x))?;
+        out += &format!("   {}: {}\n", w.format.name(), stairs(x));
         if x.weights != y.weights {
-            writeln!(out, "       rows differ: {}", stairs(y))?;
+            out += &format!("       rows differ: {}\n", stairs(y));
         }
         if let Some(distinct) = w.fine {
-            writeln!(
-                out,
-                "       {distinct} different weights at 256 coordinates 2^-20 texel apart (as fine as f32 resolves them there)"
-            )?;
+            out += &format!(
+                "       {distinct} different weights at 256 coordinates 2^-20 texel apart (as fine as f32 resolves them there)\n"
+            );
         }
-        writeln!(
-            out,
-            "       weight of a texel = column's x row's within {:.1e}; the four sum to 1 within {:.1e}",
-            w.separable, w.sum
-        )?;
+        let (separable, sum) = (w.separable, w.sum);
+        out += &format!(
+            "       weight of a texel = column's x row's within {separable:.1e}; the four sum to 1 within {sum:.1e}\n"
+        );
     }
     let c = &found.coordinates;
-    writeln!(
-        out,
-        "   nearest filter: the texel changes {:+.6} texel from the border (bisection to 2^-20)",
-        c.nearest_switch
-    )?;
-    writeln!(
-        out,
-        "   clamp to edge: weight of the outermost texel {:.4} at a quarter texel from the edge, {:.4} at 1000 texels beyond; nearest {}\n",
-        c.edge[0],
-        c.edge[1],
-        if c.clamps { "stays on it" } else { "LEAVES it" }
+    let (switch, [quarter, beyond]) = (c.nearest_switch, c.edge);
+    let nearest = if c.clamps { "stays on it" } else { "LEAVES it" };
+    out + &format!(
+        "   nearest filter: the texel changes {switch:+.6} texel from the border (bisection to 2^-20)
+   clamp to edge: weight of the outermost texel {quarter:.4} at a quarter texel from the edge, {beyond:.4} at 1000 texels beyond; nearest {nearest}
+
+"
     )
 }
 
-fn levels(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    let c = &found.curve;
-    writeln!(out, "2. level of detail without anisotropy")?;
-    writeln!(
-        out,
-        "   measured: texels that are their level's number, {SIZE} x {SIZE}, 9 levels; one look-up shows lambda with its weights"
-    )?;
-    writeln!(
-        out,
-        "   weights between levels (lambda given, {SWEEP} steps): {}",
-        stairs(&found.mips)
-    )?;
-    let bits = c.bits.map_or("no grid of up to 10 bits".into(), |b| format!("{b} fraction bits"));
-    writeln!(
-        out,
-        "   lambda from derivatives: {bits}, {} different values at {SWEEP} lengths of an octave",
-        c.distinct
-    )?;
-    writeln!(
-        out,
-        "   lambda - log2 rho: {:+.4} to {:+.4} levels over 5 octaves in steps of 1/256; octaves repeat within {:.1e}",
-        c.error[0], c.error[1], c.repeats
-    )?;
-    let (best, next) = (c.logs[0], c.logs[1]);
-    writeln!(
-        out,
-        "   logarithm: {}, worst {:.1e} levels (next: {}, {:.1e})",
-        best.rule.name(),
-        best.worst,
-        next.rule.name(),
-        next.worst
-    )?;
-    writeln!(
-        out,
-        "   nearest level: level 1 gives way to 2 at log2 rho = {:.4} (ideal 1.5)",
-        c.nearest_switch
-    )?;
-    let (best, next) = (found.rho[0], found.rho[1]);
-    writeln!(
-        out,
-        "   rho of 512 random pairs: {}, worst {:.1e}, mean {:.1e} levels",
-        best.rule.name(),
-        best.worst,
-        best.mean
-    )?;
-    writeln!(
-        out,
-        "       next best: {}, worst {:.1e}, mean {:.1e}\n",
-        next.rule.name(),
-        next.worst,
-        next.mean
+fn levels(found: &Fingerprint) -> String {
+    let Curve { distinct, error: [low, high], repeats, nearest_switch, bits, logs, .. } =
+        &found.curve;
+    let mips = stairs(&found.mips);
+    let bits = bits.map_or("no grid of up to 10 bits".into(), |b| format!("{b} fraction bits"));
+    let ((log, log_off), (next_log, next_off)) =
+        ((logs[0].rule.name(), logs[0].worst), (logs[1].rule.name(), logs[1].worst));
+    let rho = |Fit { rule, worst, mean }: Fit<Rho>| {
+        format!("{}, worst {worst:.1e}, mean {mean:.1e}", rule.name())
+    };
+    let (best, next) = (rho(found.rho[0]), rho(found.rho[1]));
+    format!(
+        "2. level of detail without anisotropy
+   measured: texels that are their level's number, {SIZE} x {SIZE}, 9 levels; one look-up shows lambda with its weights
+   weights between levels (lambda given, {SWEEP} steps): {mips}
+   lambda from derivatives: {bits}, {distinct} different values at {SWEEP} lengths of an octave
+   lambda - log2 rho: {low:+.4} to {high:+.4} levels over 5 octaves in steps of 1/256; octaves repeat within {repeats:.1e}
+   logarithm: {log}, worst {log_off:.1e} levels (next: {next_log}, {next_off:.1e})
+   nearest level: level 1 gives way to 2 at log2 rho = {nearest_switch:.4} (ideal 1.5)
+   rho of 512 random pairs: {best} levels
+       next best: {next}
+
+"
     )
 }
 
-fn gradients(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "3. are the derivatives of textureSampleGrad honoured?")?;
-    writeln!(
-        out,
-        "   measured: lambda for derivatives of 8 texels (ideal 3), once in four equal invocations, once beside neighbours"
-    )?;
-    writeln!(out, "   that look up 4 texels away (differences between invocations would give 2)")?;
+fn gradients(found: &Fingerprint) -> String {
+    let mut out = String::from(
+        "3. are the derivatives of textureSampleGrad honoured?
+   measured: lambda for derivatives of 8 texels (ideal 3), once in four equal invocations, once beside neighbours
+   that look up 4 texels away (differences between invocations would give 2)
+",
+    );
     for (clamp, [alone, together]) in &found.neighbours {
         let verdict = if honours([*alone, *together]) {
             "honoured"
@@ -153,98 +115,71 @@ fn gradients(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         } else {
             "IGNORED: differences between neighbouring invocations take their place"
         };
-        writeln!(
-            out,
-            "   anisotropy_clamp {clamp:2}: {alone:.3} alone, {together:.3} beside neighbours: {verdict}"
-        )?;
+        out += &format!(
+            "   anisotropy_clamp {clamp:2}: {alone:.3} alone, {together:.3} beside neighbours: {verdict}\n"
+        );
     }
-    writeln!(out)
+    out + "\n"
 }
 
-fn cubes(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "6. cube maps")?;
-    let ties = &found.ties;
-    writeln!(
-        out,
-        "   equal components: {} of {} edges and corners give z before y before x",
-        ties.expected,
-        ties.seen.len()
-    )?;
-    if ties.expected < ties.seen.len() {
-        for (d, face) in &ties.seen {
-            writeln!(out, "       {d:?} -> {}", super::cube::Ties::name(*face))?;
+fn cubes(found: &Fingerprint) -> String {
+    let (ties, all) = (found.ties.expected, found.ties.seen.len());
+    let mut out = format!(
+        "6. cube maps\n   equal components: {ties} of {all} edges and corners give z before y before x\n"
+    );
+    if ties < all {
+        for (d, face) in &found.ties.seen {
+            out += &format!("       {d:?} -> {}\n", Ties::name(*face));
         }
     }
     let s = &found.seams;
-    writeln!(
-        out,
-        "   edges and corners: every texel's weight of {} look-ups within 0.45 texel of edges and corners of all faces, 8 x 8 texels a face",
-        s.look_ups
-    )?;
-    let ((seam, corner), worst) = s.ranked[0];
-    writeln!(
-        out,
-        "       beyond an edge: {}; in place of the texel that a corner lacks: {}; worst weight off by {worst:.1e}",
-        seam.name(),
-        corner.name()
-    )?;
-    let ((seam, corner), worst) = s.ranked[1];
-    writeln!(out, "       next best: {}; {}; {worst:.1e}", seam.name(), corner.name())?;
-    let corner: Vec<String> = s.at_corner.iter().map(|w| format!("{w:.4}")).collect();
-    writeln!(out, "       exactly at the corner (1, 1, 1): weights {}", corner.join(", "))?;
-    let (best, next) = (found.cube_rho[0], found.cube_rho[1]);
-    let name = |(p, r): (super::Projection, super::Rho)| format!("{}; {}", r.name(), p.name());
-    writeln!(
-        out,
-        "   rho of 512 random 3-D pairs: {}, worst {:.1e} levels",
-        name(best.rule),
-        best.worst
-    )?;
-    writeln!(out, "       next best: {}, worst {:.1e}", name(next.rule), next.worst)?;
+    let [((seam, corner), worst), ((next_seam, next_corner), next_worst)] =
+        [0, 1].map(|i| s.ranked[i]).map(|((s, c), worst)| ((s.name(), c.name()), worst));
+    let at_corner: Vec<String> = s.at_corner.iter().map(|w| format!("{w:.4}")).collect();
+    let (look_ups, at_corner) = (s.look_ups, at_corner.join(", "));
+    let rho = |Fit { rule: (p, r), worst, .. }: Fit<(Projection, Rho)>| {
+        format!("{}; {}, worst {worst:.1e}", r.name(), p.name())
+    };
+    let (best, next) = (rho(found.cube_rho[0]), rho(found.cube_rho[1]));
+    out += &format!(
+        "   edges and corners: every texel's weight of {look_ups} look-ups within 0.45 texel of edges and corners of all faces, 8 x 8 texels a face
+       beyond an edge: {seam}; in place of the texel that a corner lacks: {corner}; worst weight off by {worst:.1e}
+       next best: {next_seam}; {next_corner}; {next_worst:.1e}
+       exactly at the corner (1, 1, 1): weights {at_corner}
+   rho of 512 random 3-D pairs: {best} levels
+       next best: {next}
+"
+    );
     for (source, shown) in &found.cube_map {
-        writeln!(out, "   footprint 6 x 1 texels by {}, largest clamp:", source_name(*source))?;
+        let by = source_name(*source);
+        out += &format!("   footprint 6 x 1 texels by {by}, largest clamp:\n");
         for s in shown {
-            let faces: Vec<String> = (0..6)
-                .map(|face| {
-                    let level = s.transfer.main_level();
-                    let count = s.transfer.levels[level].len() / 6;
-                    let part = &s.transfer.levels[level][face * count..(face + 1) * count];
-                    (face, part.iter().map(|w| f64::from(*w)).sum::<f64>())
-                })
+            let (level, texels) = (s.transfer.main_level(), s.transfer.texels());
+            let weights = &s.transfer.levels[level];
+            let faces = weights.chunks(weights.len() / 6).enumerate();
+            let faces: Vec<String> = faces
+                .map(|(face, part)| (face, part.iter().map(|w| f64::from(*w)).sum::<f64>()))
                 .filter(|(_, w)| *w > 1e-6)
-                .map(|(face, w)| format!("{} {w:.3}", super::cube::Ties::name(face)))
+                .map(|(face, w)| format!("{} {w:.3}", Ties::name(face)))
                 .collect();
-            writeln!(
-                out,
-                "       {}: level {}, {} texels, {}",
-                s.title,
-                s.transfer.main_level(),
-                s.transfer.texels(),
-                faces.join(" ")
-            )?;
+            let (title, faces) = (&s.title, faces.join(" "));
+            out += &format!("       {title}: level {level}, {texels} texels, {faces}\n");
         }
     }
-    writeln!(out)
+    out + "\n"
 }
 
-fn checks(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(
-        out,
-        "7. proof: a model with these rules against random look-ups into noise 0..1 in {}",
-        Format::Half.name()
-    )?;
-    writeln!(
-        out,
-        "   (footprints of 1 to 16 texels, ratios 1 to 16, cubes over edges and corners too)"
-    )?;
+fn checks(found: &Fingerprint) -> String {
     let sum = |count: fn(&Group) -> usize| found.checks.iter().map(count).sum::<usize>();
-    indent(out, &checked(found))?;
     let (right, all) = (sum(|g| g.within), sum(|g| g.look_ups));
     let (quads, predicted) = (sum(|g| g.straddling[0]), sum(|g| g.straddling[1]));
-    writeln!(out, "   model predicts {right} of {all} random samples within one step")?;
-    writeln!(
-        out,
-        "   apart: quads of textureSample that lie on several faces of a cube: {predicted} of {quads} predicted"
+    let (format, table) = (Format::Half.name(), indented(&checked(found)));
+    format!(
+        "7. proof: a model with these rules against random look-ups into noise 0..1 in {format}
+   (footprints of 1 to 16 texels, ratios 1 to 16, cubes over edges and corners too)
+{table}   model predicts {right} of {all} random samples within one step
+   apart: quads of textureSample that lie on several faces of a cube: {predicted} of {quads} predicted
+"
     )
 }
 

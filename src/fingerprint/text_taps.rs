@@ -1,9 +1,8 @@
 //! The sections of the text about the anisotropic filter.
 
-use std::io::{self, Write};
-
+use super::model::{Line, Rule};
 use super::taps::Taps;
-use super::{Fingerprint, shape_name, source_name};
+use super::{Fingerprint, MAP, shape_name, source_name};
 use crate::report::table::{Cell, Table, missing, places, text, whole};
 use crate::sampler::{Shape, Source};
 
@@ -12,20 +11,11 @@ pub(super) fn power(x: f64) -> Cell {
     whole(format!("{x:.1e}")).with(x)
 }
 
-pub(super) fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "4. anisotropic filter: level of detail and shape")?;
+pub(super) fn filters(found: &Fingerprint) -> String {
+    let title = "4. anisotropic filter: level of detail and shape";
     if found.filters.is_empty() {
-        return writeln!(out, "   the driver offers none\n");
+        return format!("{title}\n   the driver offers none\n\n");
     }
-    writeln!(
-        out,
-        "   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes up to 512 random ones)"
-    )?;
-    writeln!(
-        out,
-        "   against 54 rules; the shape by 384 random look-ups into noise 0..1 against {} shapes",
-        super::model::Line::all(Shape::Cube).len()
-    )?;
     let table = Table::of(
         &found.filters,
         &[
@@ -38,26 +28,28 @@ pub(super) fn filters(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()
             ("next shape", "", &|f| power(f.lines[1].mean)),
         ],
     );
-    indent(out, &table)?;
-    writeln!(out, "   shapes:")?;
     let mut shapes: Vec<String> = Vec::new();
-    for f in &found.filters {
-        let name = format!(
-            "{} {}: {}",
-            shape_name(f.rule.shape),
-            source_name(f.rule.source),
-            f.rule.line.name()
-        );
-        if !shapes.contains(&name) {
-            writeln!(out, "       {name}")?;
-            shapes.push(name);
+    for Rule { shape, source, line, .. } in found.filters.iter().map(|f| f.rule) {
+        let (shape, source) = (shape_name(shape), source_name(source));
+        let named = format!("       {shape} {source}: {}\n", line.name());
+        if !shapes.contains(&named) {
+            shapes.push(named);
         }
     }
-    writeln!(out)
+    let (all, table, shapes) = (Line::all(Shape::Cube).len(), indented(&table), shapes.concat());
+    format!(
+        "{title}
+   measured: lambda of 251 footprints (ratios 1 to 32 at three widths, 128 skewed pairs; on cubes up to 512 random ones)
+   against 54 rules; the shape by 384 random look-ups into noise 0..1 against {all} shapes
+{table}   shapes:
+{shapes}
+"
+    )
 }
 
-pub(super) fn indent(out: &mut dyn Write, table: &Table) -> io::Result<()> {
-    table.to_string().lines().try_for_each(|line| writeln!(out, "   {line}"))
+/// A table below a line of the report.
+pub(super) fn indented(table: &Table) -> String {
+    table.to_string().lines().map(|line| format!("   {line}\n")).collect()
 }
 
 /// Largest and smallest weight of taps.
@@ -66,16 +58,13 @@ fn extent(taps: &Taps) -> [f64; 2] {
     [weights().fold(f64::INFINITY, f64::min), weights().fold(0.0, f64::max)]
 }
 
-pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
-    writeln!(out, "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes")?;
-    writeln!(
-        out,
-        "   measured: kinks of the texture max(0, x) under a sweep of 1/16 texel; places finer than 1/256 texel; the shorter"
-    )?;
-    writeln!(
-        out,
-        "   derivative is one texel. Teeth that point down: the filter is no sum of bilinear taps that move with the coordinate"
-    )?;
+pub(super) fn taps(found: &Fingerprint) -> String {
+    let mut out = String::from(
+        "5. taps of textureSampleGrad, on 2-D textures and on face +z of cubes
+   measured: kinks of the texture max(0, x) under a sweep of 1/16 texel; places finer than 1/256 texel; the shorter
+   derivative is one texel. Teeth that point down: the filter is no sum of bilinear taps that move with the coordinate
+",
+    );
     let (bilinear, strange): (Vec<&Taps>, Vec<_>) = found.taps.iter().partition(|t| t.explains());
     let strange = strange.len();
     // The taps' ends, and the way from the first to the last where there are several.
@@ -115,20 +104,17 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
         ],
     );
     if !table.is_empty() {
-        indent(out, &table)?;
+        out += &indented(&table);
     }
     if strange > 0 {
-        writeln!(
-            out,
-            "   {strange} of {} footprints are no sum of bilinear taps: see the shape in 4 and the texels below",
-            found.taps.len()
-        )?;
+        let all = found.taps.len();
+        out += &format!(
+            "   {strange} of {all} footprints are no sum of bilinear taps: see the shape in 4 and the texels below\n"
+        );
     }
-    writeln!(
-        out,
-        "   texels (impulse at each texel of every level of a {0} x {0} texture in turn): lengths of boxes with the same variance",
-        super::MAP
-    )?;
+    out += &format!(
+        "   texels (impulse at each texel of every level of a {MAP} x {MAP} texture in turn): lengths of boxes with the same variance\n"
+    );
     let maps = [(Source::Gradient, &found.map), (Source::Quad, &found.quad_map)];
     let rows = maps.iter().flat_map(|(source, map)| {
         map.iter().map(|m| {
@@ -136,7 +122,7 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
             let [dx, _] = m.footprint.derivatives();
             let length = libm::hypot(dx[0], dx[1]);
             let scale = libm::exp2(-(level as f64));
-            let at = [(super::MAP as f64 + 1.0) / 2.0 * scale; 2];
+            let at = [(MAP as f64 + 1.0) / 2.0 * scale; 2];
             let (off, sides) = m.transfer.moments(level, at, dx.map(|c| c / length));
             let texels = [sides[0], sides[1], libm::hypot(off[0], off[1])].map(|x| x / scale);
             (*source, m, level, texels)
@@ -155,6 +141,5 @@ pub(super) fn taps(out: &mut dyn Write, found: &Fingerprint) -> io::Result<()> {
             ("centroid off by", "", &|(.., texels)| places(texels[2], 4)),
         ],
     );
-    indent(out, &table)?;
-    writeln!(out)
+    out + &indented(&table) + "\n"
 }

@@ -64,63 +64,136 @@ pub(super) fn log2(n: u32) -> u32 {
 /// Width of the tables' ports.
 pub(super) const PORT: u32 = 31;
 
-impl Parts {
-    pub(super) fn multiply(&mut self, a: u32, b: u32, count: u32) {
+/// The operand of a circuit as wide as a register of the unit, or of so many bits.
+pub(super) trait Operand: Copy {
+    fn bits(self, config: &Config) -> u32;
+}
+
+impl Operand for Reg {
+    /// With its sign.
+    fn bits(self, config: &Config) -> u32 {
+        config.format(self).width()
+    }
+}
+
+impl Operand for u32 {
+    fn bits(self, _: &Config) -> u32 {
+        self
+    }
+}
+
+/// The circuits of a stage while they are put together.
+#[derive(Debug)]
+pub(super) struct Circuit<'a> {
+    pub(super) config: &'a Config,
+    pub(super) parts: Parts,
+}
+
+impl<'a> Circuit<'a> {
+    pub(super) fn new(config: &'a Config) -> Self {
+        Self { config, parts: Parts::default() }
+    }
+
+    pub(super) fn w(&self, reg: Reg) -> u32 {
+        reg.bits(self.config)
+    }
+
+    pub(super) fn multiply(&mut self, a: impl Operand, b: impl Operand, count: u32) {
         if count > 0 {
-            self.multipliers.push(([a, b], count));
+            let widths = [a.bits(self.config), b.bits(self.config)];
+            self.parts.multipliers.push((widths, count));
         }
     }
 
-    pub(super) fn add(&mut self, width: u32, count: u32) {
-        self.adder_bits += u64::from(width) * u64::from(count);
+    pub(super) fn add(&mut self, width: impl Operand, count: u32) {
+        self.parts.adder_bits += u64::from(width.bits(self.config)) * u64::from(count);
     }
 
-    /// Ways of a choice between words of `width` bits, less one: that many two-way multiplexers a bit.
-    pub(super) fn choose(&mut self, width: u32, ways: u32, count: u32) {
-        self.muxes += u64::from(width) * u64::from(ways.saturating_sub(1)) * u64::from(count);
+    /// Ways of a choice between words, less one: that many two-way multiplexers a bit.
+    pub(super) fn choose(&mut self, width: impl Operand, ways: u32, count: u32) {
+        let bits = u64::from(width.bits(self.config)) * u64::from(count);
+        self.parts.muxes += bits * u64::from(ways.saturating_sub(1));
     }
 
     /// A shifter over `positions` places.
-    pub(super) fn shift(&mut self, width: u32, positions: u32, count: u32) {
-        self.muxes += u64::from(width) * u64::from(log2(positions)) * u64::from(count);
+    pub(super) fn shift(&mut self, width: impl Operand, positions: u32, count: u32) {
+        let bits = u64::from(width.bits(self.config)) * u64::from(count);
+        self.parts.muxes += bits * u64::from(log2(positions));
     }
 
     pub(super) fn count_zeros(&mut self, width: u32, count: u32) {
-        self.zero_count_bits += u64::from(width) * u64::from(count);
+        self.parts.zero_count_bits += u64::from(width) * u64::from(count);
+    }
+
+    /// Flip-flops that are no register of the unit.
+    pub(super) fn store(&mut self, width: impl Operand, count: u32) {
+        self.parts.register_bits += u64::from(width.bits(self.config)) * u64::from(count);
     }
 
     /// A fixed-point register's write: the carry of its rounding, saturation and the flip-flops.
-    pub(super) fn register(&mut self, config: &Config, reg: Reg, components: u32) {
-        let width = config.format(reg).width();
-        self.rounding_bits += u64::from(width) * u64::from(components);
-        self.choose(width, 2, components);
-        self.register_bits += u64::from(width) * u64::from(components);
+    pub(super) fn register(&mut self, reg: Reg, components: u32) {
+        self.parts.rounding_bits += u64::from(self.w(reg)) * u64::from(components);
+        self.choose(reg, 2, components);
+        self.store(reg, components);
     }
 
     /// The same behind a shift that differs from fragment to fragment.
-    pub(super) fn shifted_register(
-        &mut self,
-        config: &Config,
-        reg: Reg,
-        components: u32,
-        exact: u32,
-    ) {
+    pub(super) fn shifted_register(&mut self, reg: Reg, components: u32, exact: impl Operand) {
+        let exact = exact.bits(self.config);
         self.shift(exact, exact, components);
-        self.register(config, reg, components);
+        self.register(reg, components);
     }
 
     /// A block register of exact inputs of `exact` bits: the common leading zeros, a shifter for each component, the
     /// carry, and the exponent.
-    pub(super) fn block(&mut self, config: &Config, reg: Reg, components: u32, exact: u32) {
-        self.count_zeros(exact, 1);
-        self.shifted_register(config, reg, components, exact);
-        self.register_bits += 8;
+    pub(super) fn block(&mut self, reg: Reg, components: u32, exact: impl Operand) {
+        self.count_zeros(exact.bits(self.config), 1);
+        self.shifted_register(reg, components, exact);
+        self.parts.register_bits += 8;
     }
 
     /// A sum of `terms` products of `a` × `b` bits.
-    pub(super) fn dot(&mut self, a: u32, b: u32, terms: u32, count: u32) {
+    pub(super) fn dot(&mut self, a: impl Operand, b: impl Operand, terms: u32, count: u32) {
+        let width = a.bits(self.config) + b.bits(self.config) + log2(terms);
         self.multiply(a, b, terms * count);
-        self.add(a + b + log2(terms), (terms - 1) * count);
+        self.add(width, (terms - 1) * count);
+    }
+
+    /// Inner products of two vectors in a register.
+    pub(super) fn dot_in(&mut self, reg: Reg, a: impl Operand, b: impl Operand, count: u32) {
+        self.dot(a, b, 3, count);
+        self.register(reg, count);
+    }
+
+    /// |v| in a register behind a shift.
+    pub(super) fn length(&mut self, reg: Reg, v: u32) {
+        self.dot(v, v, 3, 1);
+        self.root(2 * v + 2);
+        self.shifted_register(reg, 1, PORT);
+    }
+
+    /// 1/|v| in a block register.
+    pub(super) fn inverse_length(&mut self, reg: Reg, v: u32) {
+        self.dot(v, v, 3, 1);
+        self.block_reciprocal_root(reg, 2 * v + 2);
+    }
+
+    /// The components of a × b, or of two vectors of a plane, in a register.
+    pub(super) fn cross_in(&mut self, reg: Reg, a: impl Operand, b: impl Operand) {
+        self.dot(a, b, 2, 3);
+        self.register(reg, 3);
+    }
+
+    /// Products in a register, behind a shift.
+    pub(super) fn product(&mut self, reg: Reg, a: impl Operand, b: impl Operand, count: u32) {
+        self.multiply(a, b, count);
+        self.shifted_register(reg, count, a.bits(self.config) + b.bits(self.config));
+    }
+
+    /// A product in a block register of its own.
+    pub(super) fn block_product(&mut self, reg: Reg, a: impl Operand, b: impl Operand) {
+        self.multiply(a, b, 1);
+        self.block(reg, 1, a.bits(self.config) + b.bits(self.config));
     }
 
     /// A look-up of a function of one argument, which comes normalised; the table's own bits and its interpolation.
@@ -133,7 +206,7 @@ impl Parts {
             1 => spec.entries + runs,
             _ => 2 * spec.entries + runs,
         };
-        self.rom_bits += u64::from(entries) * u64::from(spec.frac + 1);
+        self.parts.rom_bits += u64::from(entries) * u64::from(spec.frac + 1);
         match spec.order {
             0 => {}
             1 => {
@@ -150,24 +223,37 @@ impl Parts {
     }
 
     /// Normalises an argument of `width` bits for a table.
-    pub(super) fn normalise(&mut self, width: u32) {
+    pub(super) fn normalise(&mut self, width: impl Operand) {
+        let width = width.bits(self.config);
         self.count_zeros(width, 1);
         self.shift(width, width, 1);
     }
 
     /// 1/x with its normalisation.
-    pub(super) fn reciprocal(&mut self, config: &Config, width: u32) {
-        let spec = config.tables.recip;
+    pub(super) fn reciprocal(&mut self, width: impl Operand) {
+        let spec = self.config.tables.recip;
         self.normalise(width);
         self.table(spec, false);
         self.multiply(PORT, PORT, 2 * spec.newton);
         self.add(PORT, 2 * spec.newton);
     }
 
+    /// 1/x in a block register of its own.
+    pub(super) fn block_reciprocal(&mut self, reg: Reg, width: impl Operand) {
+        self.reciprocal(width);
+        self.block(reg, 1, PORT);
+    }
+
+    /// 1/√x in a block register of its own.
+    pub(super) fn block_reciprocal_root(&mut self, reg: Reg, width: u32) {
+        self.reciprocal_root(width);
+        self.block(reg, 1, PORT);
+    }
+
     /// 1/√x with its normalisation.
-    pub(super) fn reciprocal_root(&mut self, config: &Config, width: u32) {
+    pub(super) fn reciprocal_root(&mut self, width: impl Operand) {
         self.normalise(width);
-        self.root_table(config.tables.rsqrt);
+        self.root_table(self.config.tables.rsqrt);
     }
 
     fn root_table(&mut self, spec: TableSpec) {
@@ -177,17 +263,19 @@ impl Parts {
     }
 
     /// √x with its normalisation; a Newton step has 1/√x of its own.
-    pub(super) fn root(&mut self, config: &Config, width: u32) {
-        let spec = config.tables.sqrt;
+    pub(super) fn root(&mut self, width: impl Operand) {
+        let spec = self.config.tables.sqrt;
         self.normalise(width);
         self.table(spec, true);
         if spec.newton > 0 {
-            self.root_table(config.tables.rsqrt);
+            self.root_table(self.config.tables.rsqrt);
             self.multiply(PORT, PORT, 2 * spec.newton);
             self.add(PORT, 2 * spec.newton);
         }
     }
+}
 
+impl Parts {
     /// Sum of the products of all multipliers' operand widths.
     #[must_use]
     pub fn multiplier_bits(&self) -> u64 {
@@ -248,8 +336,10 @@ mod tests {
     fn a_multiplier_has_the_adders_of_an_array() {
         // 4 × 4: 16 ANDs; the array of the textbooks has 8 full and 4 half adders, which is as much carry-save work as
         // 16 bits to 8 by full adders alone.
-        let mut parts = Parts::default();
-        parts.multiply(4, 4, 1);
+        let config = Config::default();
+        let mut circuit = Circuit::new(&config);
+        circuit.multiply(4, 4, 1);
+        let parts = circuit.parts;
         let cells = Cells { and2: 1.0, full_adder: 100.0, ..Cells::default() };
         assert!((parts.logic(&cells) - (16.0 + 8.0 * 100.0)).abs() < 1e-9);
         assert_eq!((parts.multiplier_bits(), parts.multiplier_count()), (16, 1));
@@ -266,12 +356,12 @@ mod tests {
             (config.tables.log2, false, roms.log2.bits()),
         ] {
             for order in 0..3 {
-                let mut parts = Parts::default();
-                parts.table(TableSpec { order, ..spec }, two);
+                let mut circuit = Circuit::new(&config);
+                circuit.table(TableSpec { order, ..spec }, two);
                 if order == spec.order {
-                    assert_eq!(parts.rom_bits, bits);
+                    assert_eq!(circuit.parts.rom_bits, bits);
                 }
-                assert!(parts.rom_bits > 0);
+                assert!(circuit.parts.rom_bits > 0);
             }
         }
     }

@@ -17,7 +17,7 @@ use rtl_model::regs::Reg;
 use super::measures::Measures;
 use crate::operation::Operation;
 use crate::stage::Stage;
-use gates::{Cells, Parts};
+use gates::{Cells, Circuit, Parts};
 use texels::Cache;
 
 /// Parts of every unit that are not counted.
@@ -72,58 +72,21 @@ impl CostModel {
     /// The circuits that an operation needs.
     #[must_use]
     pub fn sheet(&self, c: &Config, operation: Operation) -> Sheet {
-        let mut stages = Vec::new();
         let mut unmodelled = UNMODELLED.to_vec();
-        match operation {
-            Operation::Env(needs) => {
-                if needs.frame() {
-                    stages.push((Stage::LocalFrame, env::local_frame(c)));
-                }
-                if needs.bump {
-                    stages.push((Stage::Bump, env::bump(c)));
-                }
-                stages.push((Stage::Reflect, env::reflect(c, needs.bump)));
-                stages.push((Stage::CubeFace, env::cube_face(c, Reg::ReflectVr)));
-                stages.push((Stage::Jacobian, env::jacobian(c, needs.bump)));
-                if needs.rough {
-                    stages.push((Stage::Roughness, env::roughness(c)));
-                }
-                unmodelled.push("the bump map's and the roughness pyramid's own filters");
-            }
-            Operation::Hit => {
-                stages.push((Stage::RayCone, rays::ray_cone(c, false, 1)));
-                stages.push((Stage::Hit, rays::hit(c)));
-                stages.push((Stage::CubeFace, env::cube_face(c, Reg::HitTo)));
-                stages.push((Stage::Jacobian, rays::hit_footprint(c)));
-                unmodelled.push("curvatures, and whatever makes rays");
-            }
-            Operation::Tex => {
-                stages.push((Stage::RayCone, rays::ray_cone(c, true, c.policy.cone.count)));
-                stages.push((Stage::SurfaceFootprint, rays::surface_footprint(c)));
-                // The environment that paths leave for.
-                stages.push((Stage::CubeFace, env::cube_face(c, Reg::HitTo)));
-                stages.push((Stage::Jacobian, rays::hit_footprint(c)));
-                unmodelled
-                    .push("the camera's first cone: an inverse length and two products a pixel");
-                unmodelled.push("curvatures, and whatever makes rays");
-            }
-        }
-        let (d, rough, planar) = match operation {
-            Operation::Env(needs) => (Reg::JacD, needs.rough, false),
-            Operation::Hit => (Reg::JacD, false, false),
-            Operation::Tex => (Reg::SurfJac, false, true),
+        unmodelled.extend_from_slice(match operation {
+            Operation::Env(_) => &["the bump map's and the roughness pyramid's own filters"],
+            Operation::Hit => &["curvatures, and whatever makes rays"],
+            Operation::Tex => &[
+                "the camera's first cone: an inverse length and two products a pixel",
+                "curvatures, and whatever makes rays",
+            ],
+        });
+        let stage = |stage| {
+            let mut circuit = Circuit::new(c);
+            draw(&mut circuit, stage, operation);
+            (stage, circuit.parts)
         };
-        stages.push((Stage::Covariance, env::covariance(c, d, rough)));
-        stages.push((Stage::Eigen, env::eigen(c)));
-        stages.push((Stage::Footprint, env::footprint(c)));
-        let mut address = env::address(c, planar);
-        if planar {
-            // One address unit that does both kinds of texture.
-            address.merge(&env::address(c, false));
-        }
-        stages.push((Stage::Address, address));
-        stages.push((Stage::Filter, env::filter(c)));
-        stages.sort_by_key(|(stage, _)| *stage);
+        let stages = operation.stages().into_iter().map(stage).collect();
         Sheet { stages, unmodelled, operation }
     }
 
@@ -136,6 +99,40 @@ impl CostModel {
             Operation::Env(_) | Operation::Tex => 0.0,
         };
         self.front_interval.max(probes * self.probe_interval).max(search)
+    }
+}
+
+/// The circuits of a stage as an operation needs them.
+fn draw(p: &mut Circuit<'_>, stage: Stage, operation: Operation) {
+    let reflects = operation.runs(Stage::Reflect);
+    let (bumped, rough) = (operation.runs(Stage::Bump), operation.runs(Stage::Roughness));
+    let planar = operation.runs(Stage::SurfaceFootprint);
+    match stage {
+        Stage::LocalFrame => env::local_frame(p),
+        Stage::Bump => env::bump(p),
+        Stage::Reflect => env::reflect(p, bumped),
+        Stage::CubeFace => env::cube_face(p, if reflects { Reg::ReflectVr } else { Reg::HitTo }),
+        Stage::Jacobian if reflects => env::jacobian(p, bumped),
+        Stage::Jacobian => rays::hit_footprint(p),
+        Stage::Roughness => env::roughness(p),
+        // Paths over textures bend and scatter rays.
+        Stage::RayCone if planar => rays::ray_cone(p, true, p.config.policy.cone.count),
+        Stage::RayCone => rays::ray_cone(p, false, 1),
+        Stage::Hit => rays::hit(p),
+        Stage::SurfaceFootprint => rays::surface_footprint(p),
+        Stage::Covariance => {
+            env::covariance(p, if planar { Reg::SurfJac } else { Reg::JacD }, rough);
+        }
+        Stage::Eigen => env::eigen(p),
+        Stage::Footprint => env::footprint(p),
+        Stage::Address => {
+            // Paths leave for an environment: one address unit does both kinds of texture.
+            if planar {
+                env::address(p, true);
+            }
+            env::address(p, false);
+        }
+        Stage::Filter => env::filter(p),
     }
 }
 

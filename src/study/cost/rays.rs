@@ -1,152 +1,126 @@
 //! Circuits of the stages that rays and their cones use.
 
-use rtl_model::Config;
 use rtl_model::policy::{ConeGradient, HitFootprint, LookUp, Method};
 use rtl_model::regs::Reg;
 
-use super::env::{face_choice, project, w};
-use super::gates::{PORT, Parts};
+use super::env::{face_choice, project};
+use super::gates::{Circuit, PORT};
 
 /// A look-up of a distance: direction to face, texel coordinates, and between four texels.
-fn look_up(p: &mut Parts, c: &Config) {
-    if c.rotation.is_some() {
-        p.dot(w(c, Reg::HitLookUp), rtl_model::config::ROTATION_FRAC + 2, 3, 3);
+fn look_up(p: &mut Circuit<'_>) {
+    if p.config.rotation.is_some() {
+        p.dot(Reg::HitLookUp, rtl_model::config::ROTATION_FRAC + 2, 3, 3);
     }
-    let q = w(c, Reg::HitLookUp);
-    p.block(c, Reg::HitLookUp, 3, w(c, Reg::HitL));
+    let q = p.w(Reg::HitLookUp);
+    p.block(Reg::HitLookUp, 3, Reg::HitL);
     face_choice(p, q);
-    p.reciprocal(c, q);
-    p.multiply(q, PORT, 2);
-    p.shifted_register(c, Reg::HitUv, 2, q + PORT);
-    p.multiply(w(c, Reg::HitUv), 16, 2);
-    p.register(c, Reg::HitS, 2);
-    p.choose(w(c, Reg::HitS), 3, 2);
-    if c.policy.hit.lookup == LookUp::Bilinear {
-        let sub = c.format(Reg::HitS).frac;
+    p.reciprocal(q);
+    p.product(Reg::HitUv, q, PORT, 2);
+    p.multiply(Reg::HitUv, 16, 2);
+    p.register(Reg::HitS, 2);
+    p.choose(Reg::HitS, 3, 2);
+    if p.config.policy.hit.lookup == LookUp::Bilinear {
+        let sub = p.config.format(Reg::HitS).frac;
         p.multiply(sub + 1, sub + 1, 4);
-        p.multiply(w(c, Reg::HitDistance), 2 * sub + 1, 4);
-        p.add(w(c, Reg::HitDistance) + 2 * sub, 3);
+        p.multiply(Reg::HitDistance, 2 * sub + 1, 4);
+        p.add(p.w(Reg::HitDistance) + 2 * sub, 3);
     }
-    p.register_bits += u64::from(w(c, Reg::HitDistance)) * 4;
-    p.register(c, Reg::HitRadius, 1);
+    p.store(Reg::HitDistance, 4);
+    p.register(Reg::HitRadius, 1);
 }
 
 /// The search. Its loop is one circuit: a look-up, a ratio, a step and the next point, used once a look-up.
-pub(super) fn hit(c: &Config) -> Parts {
-    let mut p = Parts::default();
-    let (x, r, l, d) = (w(c, Reg::HitX), w(c, Reg::HitR), w(c, Reg::HitL), w(c, Reg::HitD));
-    let direction = w(c, Reg::HitDirection);
-    p.shifted_register(c, Reg::HitX, 3, 53);
-    p.block(c, Reg::HitDirection, 3, 53);
-    p.dot(direction, direction, 3, 1);
-    p.reciprocal_root(c, 2 * direction + 2);
-    p.block(c, Reg::HitInvNorm, 1, PORT);
-    p.multiply(direction, w(c, Reg::HitInvNorm), 3);
-    p.shifted_register(c, Reg::HitR, 3, direction + w(c, Reg::HitInvNorm));
+pub(super) fn hit(p: &mut Circuit<'_>) {
+    let (x, r, l, d) = (p.w(Reg::HitX), p.w(Reg::HitR), p.w(Reg::HitL), p.w(Reg::HitD));
+    let direction = p.w(Reg::HitDirection);
+    p.shifted_register(Reg::HitX, 3, 53);
+    p.block(Reg::HitDirection, 3, 53);
+    p.inverse_length(Reg::HitInvNorm, direction);
+    p.product(Reg::HitR, direction, Reg::HitInvNorm, 3);
     p.choose(l.max(r).max(x), 3, 3);
-    look_up(&mut p, c);
-    p.dot(l, l, 3, 1);
-    p.root(c, 2 * l + 2);
-    p.shifted_register(c, Reg::HitLength, 1, PORT);
-    p.reciprocal(c, w(c, Reg::HitRadius));
-    p.block(c, Reg::HitInvRadius, 1, PORT);
-    p.multiply(w(c, Reg::HitLength), w(c, Reg::HitInvRadius), 1);
-    let ratio = w(c, Reg::HitRatio);
-    p.shifted_register(c, Reg::HitRatio, 1, w(c, Reg::HitLength) + w(c, Reg::HitInvRadius));
+    look_up(p);
+    p.length(Reg::HitLength, l);
+    p.block_reciprocal(Reg::HitInvRadius, Reg::HitRadius);
+    p.product(Reg::HitRatio, Reg::HitLength, Reg::HitInvRadius, 1);
+    let ratio = p.w(Reg::HitRatio);
     // Comparisons with 1 ± τ; the first d, and eq. 2's step, which is the same product.
     p.add(ratio, 2);
-    p.multiply(w(c, Reg::HitRadius), ratio, 1);
+    p.multiply(Reg::HitRadius, ratio, 1);
     // Eq. 3: d and ratio of both ends stand in registers.
-    p.register_bits += 2 * u64::from(d + ratio);
-    if c.policy.hit.method == Method::Illinois {
-        p.register(c, Reg::HitHalved, 1);
+    p.store(d + ratio, 2);
+    if p.config.policy.hit.method == Method::Illinois {
+        p.register(Reg::HitHalved, 1);
     }
     p.add(ratio, 2);
-    p.reciprocal(c, ratio);
-    p.block(c, Reg::HitInvSpan, 1, PORT);
-    p.multiply(ratio, w(c, Reg::HitInvSpan), 1);
-    p.block(c, Reg::HitQuotient, 1, ratio + w(c, Reg::HitInvSpan));
+    p.block_reciprocal(Reg::HitInvSpan, ratio);
+    p.block_product(Reg::HitQuotient, ratio, Reg::HitInvSpan);
     p.add(d, 1);
-    p.multiply(d, w(c, Reg::HitQuotient), 1);
-    p.shifted_register(c, Reg::HitStep, 1, d + w(c, Reg::HitQuotient));
-    if c.policy.hit.method == Method::Secant {
-        p.add(w(c, Reg::HitStep), 1);
-        p.choose(w(c, Reg::HitStep), 2, 1);
+    p.product(Reg::HitStep, d, Reg::HitQuotient, 1);
+    if p.config.policy.hit.method == Method::Secant {
+        p.add(Reg::HitStep, 1);
+        p.choose(Reg::HitStep, 2, 1);
     }
     p.add(d, 1);
-    p.register(c, Reg::HitD, 1);
+    p.register(Reg::HitD, 1);
     p.multiply(r, d, 3);
     p.add(r + d, 3);
-    p.register(c, Reg::HitL, 3);
-    p.block(c, Reg::HitTo, 3, l.max(r));
-    p
+    p.register(Reg::HitL, 3);
+    p.block(Reg::HitTo, 3, l.max(r));
 }
 
 /// D of the cone at its hit, by the registers of `jacobian`.
-pub(super) fn hit_footprint(c: &Config) -> Parts {
-    let mut p = Parts::default();
-    let (r, t) = (w(c, Reg::HitR), w(c, Reg::HitTangent));
+pub(super) fn hit_footprint(p: &mut Circuit<'_>) {
+    let (r, t) = (p.w(Reg::HitR), p.w(Reg::HitTangent));
     p.add(r, 3);
     p.choose(r, 3, 3);
     p.dot(r, r, 2, 1);
-    p.reciprocal_root(c, 2 * r + 1);
-    p.block(c, Reg::HitInvAcross, 1, PORT);
-    p.multiply(r, w(c, Reg::HitInvAcross), 2);
-    p.shifted_register(c, Reg::HitTangent, 3, r + w(c, Reg::HitInvAcross));
-    p.dot(r, t, 2, 3);
-    p.register(c, Reg::HitTangent, 3);
-    if c.policy.hit.footprint == HitFootprint::Plane {
-        plane(&mut p, c);
+    p.block_reciprocal_root(Reg::HitInvAcross, 2 * r + 1);
+    p.multiply(r, Reg::HitInvAcross, 2);
+    p.shifted_register(Reg::HitTangent, 3, r + p.w(Reg::HitInvAcross));
+    p.cross_in(Reg::HitTangent, r, t);
+    if p.config.policy.hit.footprint == HitFootprint::Plane {
+        plane(p);
     }
-    let width = c.policy.cone.format.float().mantissa_bits + 1;
-    p.multiply(t, width, 6);
-    p.shifted_register(c, Reg::JacDvr, 6, t + width);
-    project(&mut p, c, [Reg::JacDvr, Reg::JacNumerator, Reg::JacD], 2);
-    p
+    let width = p.config.policy.cone.format.float().mantissa_bits + 1;
+    p.product(Reg::JacDvr, t, width, 6);
+    project(p, [Reg::JacDvr, Reg::JacNumerator, Reg::JacD], 2);
 }
 
 /// The wall's normal from four distances, and the tangents moved onto its plane.
-fn plane(p: &mut Parts, c: &Config) {
-    let (r, t, n) = (w(c, Reg::HitR), w(c, Reg::HitTangent), w(c, Reg::HitNormal));
+fn plane(p: &mut Circuit<'_>) {
+    let (r, t, n) = (p.w(Reg::HitR), p.w(Reg::HitTangent), p.w(Reg::HitNormal));
     // Four points: 1/|v| of a texel's centre and three products each; two differences, a cross product.
     for _ in 0..4 {
         p.dot(17, 17, 3, 1);
-        p.reciprocal_root(c, 34);
-        p.multiply(w(c, Reg::HitDistance), PORT, 1);
+        p.reciprocal_root(34);
+        p.multiply(Reg::HitDistance, PORT, 1);
         p.multiply(17, PORT, 3);
     }
     p.add(PORT, 6);
     p.dot(PORT, PORT, 2, 3);
     p.dot(PORT, PORT, 3, 1);
-    p.reciprocal_root(c, 62);
-    p.block(c, Reg::HitInvNormal, 1, PORT);
-    p.multiply(PORT, w(c, Reg::HitInvNormal), 3);
-    p.shifted_register(c, Reg::HitNormal, 3, PORT + w(c, Reg::HitInvNormal));
-    p.dot(n, r, 3, 1);
-    p.register(c, Reg::HitCosine, 1);
-    p.reciprocal(c, w(c, Reg::HitCosine));
-    p.block(c, Reg::HitInvCosine, 1, PORT);
-    p.dot(n, t, 3, 2);
-    p.register(c, Reg::HitAlong, 2);
-    p.multiply(w(c, Reg::HitAlong), w(c, Reg::HitInvCosine), 2);
-    p.shifted_register(c, Reg::HitSlope, 2, w(c, Reg::HitAlong) + w(c, Reg::HitInvCosine));
-    p.multiply(r, w(c, Reg::HitSlope), 6);
-    p.add(r + w(c, Reg::HitSlope) + 1, 6);
-    p.register(c, Reg::HitTangent, 6);
+    p.block_reciprocal_root(Reg::HitInvNormal, 62);
+    p.product(Reg::HitNormal, PORT, Reg::HitInvNormal, 3);
+    p.dot_in(Reg::HitCosine, n, r, 1);
+    p.block_reciprocal(Reg::HitInvCosine, Reg::HitCosine);
+    p.dot_in(Reg::HitAlong, n, t, 2);
+    p.product(Reg::HitSlope, Reg::HitAlong, Reg::HitInvCosine, 2);
+    p.multiply(r, Reg::HitSlope, 6);
+    p.add(r + p.w(Reg::HitSlope) + 1, 6);
+    p.register(Reg::HitTangent, 6);
 }
 
 /// Cones: one multiply-add for `propagate` and `reflect`; where a scene bends and scatters rays, the sums of products
 /// of `refract` and `scatter` and one divider. Cones live in `cones` pairs of registers.
-pub(super) fn ray_cone(c: &Config, bends: bool, cones: u32) -> Parts {
-    let mut p = Parts::default();
-    let format = c.policy.cone.format.float();
+pub(super) fn ray_cone(p: &mut Circuit<'_>, bends: bool, cones: u32) {
+    let format = p.config.policy.cone.format.float();
     let significand = format.mantissa_bits + 1;
     let stored = format.exponent_bits + format.mantissa_bits + 1;
     // An operand comes as binary32: 24 bits.
-    multiply_add(&mut p, significand, 24);
+    multiply_add(p, significand, 24);
     if bends {
         for _ in 0..3 {
-            multiply_add(&mut p, significand + 24, 24);
+            multiply_add(p, significand + 24, 24);
         }
         // A divider of one row of subtractors a quotient bit, two more to round.
         let width = significand + 24;
@@ -154,14 +128,13 @@ pub(super) fn ray_cone(c: &Config, bends: bool, cones: u32) -> Parts {
         p.choose(width, 2, significand + 2);
     }
     // Two stores, and the cones.
-    p.rounding_bits += 2 * u64::from(stored);
+    p.parts.rounding_bits += 2 * u64::from(stored);
     p.choose(stored, 2, 2);
-    p.register_bits += 2 * u64::from(stored) * u64::from(cones);
-    p
+    p.store(stored, 2 * cones);
 }
 
 /// A product of floating-point numbers and a third one added to it: alignment, sum, normalisation.
-fn multiply_add(p: &mut Parts, a: u32, b: u32) {
+fn multiply_add(p: &mut Circuit<'_>, a: u32, b: u32) {
     let exact = a + b;
     p.multiply(a, b, 1);
     p.add(10, 2);
@@ -172,83 +145,68 @@ fn multiply_add(p: &mut Parts, a: u32, b: u32) {
 }
 
 /// A cone's footprint on a textured surface: a triangle's, or by derivatives.
-pub(super) fn surface_footprint(c: &Config) -> Parts {
-    let mut p = Parts::default();
+pub(super) fn surface_footprint(p: &mut Circuit<'_>) {
     let port = 53;
     for reg in [Reg::SurfDirection, Reg::SurfNormal, Reg::SurfDpDs, Reg::SurfDpDt] {
-        p.block(c, reg, 3, port);
+        p.block(reg, 3, port);
     }
-    p.block(c, Reg::SurfEdge, 4, port);
+    p.block(Reg::SurfEdge, 4, port);
     for reg in [Reg::SurfS, Reg::SurfT] {
-        p.shifted_register(c, reg, 1, port);
+        p.shifted_register(reg, 1, port);
     }
-    let (d, n, cross) = (w(c, Reg::SurfD), w(c, Reg::SurfN), w(c, Reg::SurfCross));
+    let (d, n, cross) = (p.w(Reg::SurfD), p.w(Reg::SurfN), p.w(Reg::SurfCross));
     for (input, out) in [(Reg::SurfDirection, Reg::SurfD), (Reg::SurfNormal, Reg::SurfN)] {
-        let v = w(c, input);
-        p.dot(v, v, 3, 1);
-        p.reciprocal_root(c, 2 * v + 2);
-        p.block(c, Reg::SurfInvLength, 1, PORT);
-        p.multiply(v, w(c, Reg::SurfInvLength), 3);
-        p.shifted_register(c, out, 3, v + w(c, Reg::SurfInvLength));
+        let v = p.w(input);
+        p.inverse_length(Reg::SurfInvLength, v);
+        p.product(out, v, Reg::SurfInvLength, 3);
     }
-    p.dot(d, n, 3, 1);
-    p.register(c, Reg::SurfCosine, 1);
+    p.dot_in(Reg::SurfCosine, d, n, 1);
     p.dot(d, n, 2, 3);
     p.choose(d + n, 2, 3);
-    p.block(c, Reg::SurfCross, 3, d + n + 1);
-    p.dot(cross, cross, 3, 1);
-    p.reciprocal_root(c, 2 * cross + 2);
-    p.block(c, Reg::SurfInvCross, 1, PORT);
-    p.multiply(cross, w(c, Reg::SurfInvCross), 3);
-    p.shifted_register(c, Reg::SurfAcross, 3, cross + w(c, Reg::SurfInvCross));
-    p.dot(n, w(c, Reg::SurfAcross), 2, 3);
-    p.register(c, Reg::SurfAlong, 3);
-    p.add(w(c, Reg::SurfCosine), 1);
-    p.reciprocal(c, w(c, Reg::SurfCosine));
-    p.block(c, Reg::SurfInvCosine, 1, PORT);
-    let width = c.policy.cone.format.float().mantissa_bits + 1;
-    p.multiply(width, w(c, Reg::SurfInvCosine), 1);
-    p.block(c, Reg::SurfStretch, 1, width + w(c, Reg::SurfInvCosine));
-    p.multiply(w(c, Reg::SurfAlong), w(c, Reg::SurfStretch), 3);
-    p.shifted_register(c, Reg::SurfDpDx, 3, w(c, Reg::SurfAlong) + w(c, Reg::SurfStretch));
-    p.multiply(w(c, Reg::SurfAcross), width, 3);
-    p.shifted_register(c, Reg::SurfDpDy, 3, w(c, Reg::SurfAcross) + width);
-    gradients(&mut p, c);
-    p.dot(w(c, Reg::SurfDpDx), w(c, Reg::SurfGradS), 3, 2);
-    p.dot(w(c, Reg::SurfDpDy), w(c, Reg::SurfGradT), 3, 2);
-    p.block(c, Reg::SurfBarycentric, 4, w(c, Reg::SurfDpDx) + w(c, Reg::SurfGradS) + 2);
-    p.dot(w(c, Reg::SurfBarycentric), w(c, Reg::SurfEdge), 2, 4);
-    let exact = w(c, Reg::SurfBarycentric) + w(c, Reg::SurfEdge) + 1;
-    p.block(c, Reg::SurfDdx, 2, exact);
-    p.block(c, Reg::SurfDdy, 2, exact);
-    p.multiply(w(c, Reg::SurfDdx), 16, 4);
-    p.block(c, Reg::SurfJac, 4, w(c, Reg::SurfDdx) + 16);
-    p
+    p.block(Reg::SurfCross, 3, d + n + 1);
+    p.inverse_length(Reg::SurfInvCross, cross);
+    p.product(Reg::SurfAcross, cross, Reg::SurfInvCross, 3);
+    p.cross_in(Reg::SurfAlong, n, Reg::SurfAcross);
+    p.add(Reg::SurfCosine, 1);
+    p.block_reciprocal(Reg::SurfInvCosine, Reg::SurfCosine);
+    let width = p.config.policy.cone.format.float().mantissa_bits + 1;
+    p.block_product(Reg::SurfStretch, width, Reg::SurfInvCosine);
+    p.product(Reg::SurfDpDx, Reg::SurfAlong, Reg::SurfStretch, 3);
+    p.product(Reg::SurfDpDy, Reg::SurfAcross, width, 3);
+    gradients(p);
+    p.dot(Reg::SurfDpDx, Reg::SurfGradS, 3, 2);
+    p.dot(Reg::SurfDpDy, Reg::SurfGradT, 3, 2);
+    p.block(Reg::SurfBarycentric, 4, p.w(Reg::SurfDpDx) + p.w(Reg::SurfGradS) + 2);
+    p.dot(Reg::SurfBarycentric, Reg::SurfEdge, 2, 4);
+    let exact = p.w(Reg::SurfBarycentric) + p.w(Reg::SurfEdge) + 1;
+    p.block(Reg::SurfDdx, 2, exact);
+    p.block(Reg::SurfDdy, 2, exact);
+    p.multiply(Reg::SurfDdx, 16, 4);
+    p.block(Reg::SurfJac, 4, p.w(Reg::SurfDdx) + 16);
 }
 
 /// ∇s and ∇t on the surface.
-fn gradients(p: &mut Parts, c: &Config) {
-    let t = w(c, Reg::SurfDpDs);
-    let inverse = |p: &mut Parts, width: u32| {
-        p.reciprocal(c, width);
-        p.block(c, Reg::SurfInvSquare, 1, PORT);
+fn gradients(p: &mut Circuit<'_>) {
+    let t = p.w(Reg::SurfDpDs);
+    let inverse = |p: &mut Circuit<'_>, width: u32| {
+        p.block_reciprocal(Reg::SurfInvSquare, width);
     };
     // The quotients of dot products, which also stand in where the plane is degenerate.
     p.dot(t, t, 3, 2);
     inverse(p, 2 * t + 2);
     let mut v = t;
-    if c.policy.cone.gradient == ConeGradient::Gram {
-        let plane = w(c, Reg::SurfPlane);
+    if p.config.policy.cone.gradient == ConeGradient::Gram {
+        let plane = p.w(Reg::SurfPlane);
         p.dot(t, t, 2, 3);
-        p.block(c, Reg::SurfPlane, 3, 2 * t + 1);
+        p.block(Reg::SurfPlane, 3, 2 * t + 1);
         p.dot(plane, plane, 3, 1);
         p.dot(t, plane, 2, 6);
-        p.block(c, Reg::SurfTurned, 6, t + plane + 1);
-        v = w(c, Reg::SurfTurned);
+        p.block(Reg::SurfTurned, 6, t + plane + 1);
+        v = p.w(Reg::SurfTurned);
     } else {
         inverse(p, 2 * t + 2);
     }
-    p.multiply(v, w(c, Reg::SurfInvSquare), 6);
-    p.block(c, Reg::SurfGradS, 3, v + w(c, Reg::SurfInvSquare));
-    p.block(c, Reg::SurfGradT, 3, v + w(c, Reg::SurfInvSquare));
+    p.multiply(v, Reg::SurfInvSquare, 6);
+    p.block(Reg::SurfGradS, 3, v + p.w(Reg::SurfInvSquare));
+    p.block(Reg::SurfGradT, 3, v + p.w(Reg::SurfInvSquare));
 }
