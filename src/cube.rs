@@ -17,38 +17,42 @@ pub const FACE_AXES: [[(usize, f64); 3]; 6] = [
 ];
 
 /// The direction (not normalised, major component ±1) of the point (u, v) of a face.
+#[inline]
 #[must_use]
 pub fn direction(face: usize, u: f64, v: f64) -> [f64; 3] {
-    let mut d = [0.0; 3];
-    for ((axis, sign), value) in FACE_AXES[face].into_iter().zip([u, v, 1.0]) {
-        d[axis] = sign * value;
+    // FACE_AXES, without an index that is a variable: this and `face_uv` run once a texel.
+    match face {
+        0 => [1.0, -v, -u],
+        1 => [-1.0, -v, u],
+        2 => [u, 1.0, v],
+        3 => [u, -1.0, -v],
+        4 => [u, -v, 1.0],
+        _ => [-u, -v, -1.0],
     }
-    d
 }
 
 /// The face that a direction meets; on equal magnitudes z wins over y wins over x.
 ///
 /// The zero vector counts as +z; −0 counts as +0.
+#[inline]
 #[must_use]
 pub fn major_face(d: [f64; 3]) -> usize {
-    let [x, y, z] = d.map(f64::abs);
-    let axis = if z >= x && z >= y {
-        2
-    } else if y >= x {
-        1
-    } else {
-        0
-    };
-    2 * axis + usize::from(d[axis] < 0.0)
+    face_uv(d).0
 }
 
 /// Face and coordinates (u, v) of a direction that is not zero.
+#[inline]
 #[must_use]
-pub fn face_uv(d: [f64; 3]) -> (usize, f64, f64) {
-    let face = major_face(d);
-    let [(s, s_sign), (t, t_sign), (m, _)] = FACE_AXES[face];
-    let ma = d[m].abs();
-    (face, s_sign * d[s] / ma, t_sign * d[t] / ma)
+pub fn face_uv([x, y, z]: [f64; 3]) -> (usize, f64, f64) {
+    let [ax, ay, az] = [x, y, z].map(f64::abs);
+    let (axis, [s, t, m]) = if az >= ax && az >= ay {
+        (2, [if z < 0.0 { -x } else { x }, -y, z])
+    } else if ay >= ax {
+        (1, [x, if y < 0.0 { -z } else { z }, y])
+    } else {
+        (0, [if x < 0.0 { z } else { -z }, -y, x])
+    };
+    (2 * axis + usize::from(m < 0.0), s / m.abs(), t / m.abs())
 }
 
 /// The texel that stands in for (x, y) of `face` where exactly one of x, y is −1 or `size`.

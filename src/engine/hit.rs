@@ -78,7 +78,7 @@ pub fn distances_of(config: &Config, distance: &Distance) -> Result<DistanceMemo
 pub type HitRtl = Rtl<HitUnit>;
 
 /// The float reference with its maps.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct HitF64<'a> {
     prepared: Prepared,
     distances: Distances,

@@ -1,5 +1,7 @@
 //! Elliptical Gaussian over level-0 texels: the ideal filter for a footprint of the same K.
 
+pub(super) mod planes;
+
 use std::f64::consts::PI;
 
 use super::address::Address;
@@ -52,9 +54,10 @@ pub fn ewa(env: &Env, texture: &Texture) -> [f64; 3] {
 /// there is always a point.
 #[must_use]
 pub fn ewa_counted(env: &Env, texture: &Texture) -> Ewa {
-    let (lattice, form) = fitting_lattice(env.k, texture);
+    let (lattice, form) = fitting_lattice(env, texture);
     let centre = [env.u, env.v].map(|x| (x + 1.0) / lattice.spacing - 0.5);
-    let (color, points) = gaussian(centre, &form, |i, j| lattice.value(texture, env.face, i, j));
+    let (color, points) =
+        gaussian(centre, &form, |i, j, weights, sum| lattice.add([i, j], weights, sum));
     Ewa { color, level: lattice.level, points }
 }
 
@@ -73,7 +76,9 @@ pub fn ewa_planar(tex: &Tex, texture: &PlanarTexture<'_>) -> ([f64; 3], u64) {
         let (form, fits) = form([a * x * x / 12.0, b * x * y / 12.0, c * y * y / 12.0]);
         if fits {
             let centre = [0, 1].map(|i| (tex.centre[i] + 1.0) / 2.0 * here[i] - 0.5);
-            return gaussian(centre, &form, |i, j| texture.texel(level, [i, j]));
+            return gaussian(centre, &form, |first, j, weights, sum| {
+                weighted(sum, weights, (first..).map(|i| texture.texel(level, [i, j])));
+            });
         }
         if level == last {
             // One texel, or an ellipse over very many copies of a few: their mean.
@@ -83,18 +88,19 @@ pub fn ewa_planar(tex: &Tex, texture: &PlanarTexture<'_>) -> ([f64; 3], u64) {
     }
 }
 
-/// The weighted mean of the lattice points whose offset x from `centre` has x·Σ⁻¹·x ≤ 9, and their number.
+/// The weighted mean of the lattice points whose offset x from `centre` has x·Σ⁻¹·x ≤ 9, and their number. `add` adds
+/// the values from a column on in a row, each by its weight, and the weights to a sum.
 fn gaussian(
     centre: [f64; 2],
     form: &Form,
-    value: impl Fn(i64, i64) -> [f64; 3],
+    add: impl Fn(i64, i64, &[f64], &mut [f64; 4]),
 ) -> ([f64; 3], u64) {
     let [_, b, c] = form.covariance;
     let variance = form.determinant / c;
     let fall = libm::exp(-1.0 / variance);
-    let mut sum = [0.0; 3];
-    let mut total = 0.0;
+    let mut sum = [0.0; 4];
     let mut points = 0;
+    let mut weights = Vec::new();
     let reach = 3.0 * c.sqrt();
     for j in whole_numbers(centre[1] - reach, centre[1] + reach) {
         let dy = j as f64 - centre[1];
@@ -105,32 +111,48 @@ fn gaussian(
         let middle = centre[0] + b / c * dy;
         let half = (left * variance).sqrt();
         let row_weight = libm::exp(-0.5 * dy * dy / c);
-        let mut row = [0.0; 3];
-        let mut row_total = 0.0;
         let columns = whole_numbers(middle - half, middle + half);
-        for start in columns.clone().step_by(RUN) {
+        weights.clear();
+        weights.resize(
+            num::usize(columns.end().saturating_sub(*columns.start()).saturating_add(1)),
+            0.0,
+        );
+        for (start, run) in columns.clone().step_by(RUN).zip(weights.chunks_mut(RUN)) {
             // e^(−x²/2σ²) by multiplication: the ratio of neighbours falls by the same factor each time.
             let dx = start as f64 - middle;
             let mut weight = libm::exp(-0.5 * dx * dx / variance);
             let mut ratio = libm::exp(-(dx + 0.5) / variance);
-            for i in (start..=*columns.end()).take(RUN) {
-                let value = value(i, j);
-                row_total += weight;
-                for (sum, value) in row.iter_mut().zip(value) {
-                    *sum += weight * value;
-                }
+            for slot in run {
+                *slot = weight;
                 weight *= ratio;
                 ratio *= fall;
-                points += 1;
             }
         }
-        total += row_weight * row_total;
+        let mut row = [0.0; 4];
+        add(*columns.start(), j, &weights, &mut row);
         for (sum, row) in sum.iter_mut().zip(row) {
             *sum += row_weight * row;
         }
+        points += num::u64(weights.len());
     }
-    let color = sum.map(|sum| if total > 0.0 { sum / total } else { 0.0 });
-    (color, points)
+    let [.., total] = sum;
+    (std::array::from_fn(|c| if total > 0.0 { sum[c] / total } else { 0.0 }), points)
+}
+
+/// Adds values by their weights, and the weights, as long as there are both; their number.
+#[inline]
+fn weighted(sum: &mut [f64; 4], weights: &[f64], values: impl Iterator<Item = [f64; 3]>) -> usize {
+    let mut taken = 0;
+    let [mut r, mut g, mut b, mut total] = *sum;
+    for (weight, value) in weights.iter().zip(values) {
+        r += weight * value[0];
+        g += weight * value[1];
+        b += weight * value[2];
+        total += weight;
+        taken += 1;
+    }
+    *sum = [r, g, b, total];
+    taken
 }
 
 /// The whole numbers from `low` to `high`.
@@ -150,55 +172,85 @@ struct Form {
 }
 
 /// A lattice of sample points in the plane of a face.
-struct Lattice {
+struct Lattice<'a> {
+    texture: &'a Texture<'a>,
+    face: usize,
     level: u32,
     /// Level of the chain whose texels are read.
     mip: usize,
     /// Texels along an edge where lattice points are texels, else 0.
-    size: i64,
+    size: usize,
     /// From point to point, in u, v.
     spacing: f64,
 }
 
-impl Lattice {
-    fn new(level: u32, texture: &Texture) -> Self {
+impl<'a> Lattice<'a> {
+    fn new(level: u32, texture: &'a Texture, face: usize) -> Self {
         let last = texture.levels() - 1;
         let mip = (level as usize).min(last);
         let size = texture.level_size(mip);
         let beyond = num::i32(level as usize - mip);
         Self {
+            texture,
+            face,
             level,
             mip,
-            size: if beyond == 0 { num::i64(size) } else { 0 },
+            size: if beyond == 0 { size } else { 0 },
             spacing: libm::scalbn(2.0 / size as f64, beyond),
         }
     }
 
-    fn value(&self, texture: &Texture, face: usize, i: i64, j: i64) -> [f64; 3] {
-        if let (true, true, Ok(x), Ok(y)) =
-            (i < self.size, j < self.size, usize::try_from(i), usize::try_from(j))
-        {
-            return texture.texel(self.mip, face, x, y);
+    /// Adds the points of row j from column i on by their weights, run by run: texels of the face, kept points of
+    /// its plane, or a single one.
+    fn add(&self, [mut i, j]: [i64; 2], mut weights: &[f64], sum: &mut [f64; 4]) {
+        while !weights.is_empty() {
+            let taken = if let Some(texels) = self.texels([i, j]) {
+                weighted(sum, weights, texels.iter().map(|t| t.map(f64::from)))
+            } else if let Some(points) =
+                self.texture
+                    .planes
+                    .row([self.mip, self.face, self.size], [i, j], |i, j| self.value([i, j]))
+            {
+                weighted(sum, weights, points.iter().copied())
+            } else {
+                weighted(sum, weights, std::iter::once(self.value([i, j])))
+            };
+            weights = &weights[taken..];
+            i += num::i64(taken);
         }
-        let [u, v] = [i, j].map(|t| (t as f64 + 0.5) * self.spacing - 1.0);
+    }
+
+    /// The texels from column i of the face on to the end of row j.
+    fn texels(&self, [i, j]: [i64; 2]) -> Option<&[[f32; 3]]> {
+        let [x, y] = [usize::try_from(i).ok()?, usize::try_from(j).ok()?];
+        (x < self.size && y < self.size)
+            .then(|| self.texture.row(self.mip, self.face, y).get(x..))?
+    }
+
+    /// What stands at a point: the texel, or the bilinear value in the direction of the point.
+    fn value(&self, at: [i64; 2]) -> [f64; 3] {
+        if let Some([texel, ..]) = self.texels(at) {
+            return texel.map(f64::from);
+        }
+        let [u, v] = at.map(|t| (t as f64 + 0.5) * self.spacing - 1.0);
         let at = if u.abs() > 1.0 || v.abs() > 1.0 {
-            let (face, u, v) = face_uv(direction(face, u, v));
+            let (face, u, v) = face_uv(direction(self.face, u, v));
             Address { face, u, v }
         } else {
-            Address { face, u, v }
+            Address { face: self.face, u, v }
         };
-        texture.bilinear(self.mip, at)
+        self.texture.bilinear(self.mip, at)
     }
 }
 
 /// The first lattice with at most [`MOST_POINTS`] points in the ellipse and a minor axis below
 /// [`FINE_ENOUGH`], and Σ in its units.
-fn fitting_lattice(k: [f64; 3], texture: &Texture) -> (Lattice, Form) {
+fn fitting_lattice<'a>(env: &Env, texture: &'a Texture) -> (Lattice<'a>, Form) {
     // The largest K is 2^1024: its λ of 2^512 fits at the latest 512 levels beyond the chain.
     let mut level = 0;
     loop {
-        let lattice = Lattice::new(level, texture);
-        let (form, fits) = form(k.map(|x| x / lattice.spacing / lattice.spacing / 12.0));
+        let lattice = Lattice::new(level, texture, env.face);
+        let (form, fits) = form(env.k.map(|x| x / lattice.spacing / lattice.spacing / 12.0));
         if fits || level >= 2000 {
             return (lattice, form);
         }

@@ -1,6 +1,7 @@
 //! A cube map prepared for bilinear look-ups across edges and corners.
 
 use super::address::{Address, texel_coordinate};
+use super::ewa::planes::Planes;
 use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, across_edge};
 
@@ -13,11 +14,12 @@ struct Border {
     corners: Vec<[f64; 3]>,
 }
 
-/// A borrowed cube map and its borders.
-#[derive(Clone, Debug)]
+/// A borrowed cube map, its borders, and what the elliptical Gaussian has kept of the planes of its faces.
+#[derive(Debug)]
 pub struct Texture<'a> {
     map: &'a CubeMap,
     borders: Vec<Border>,
+    pub(super) planes: Planes,
 }
 
 impl Border {
@@ -59,7 +61,8 @@ impl<'a> Texture<'a> {
     /// Prepares a cube map whose levels are not empty.
     #[must_use]
     pub fn new(map: &'a CubeMap) -> Self {
-        Self { map, borders: map.levels.iter().map(Border::new).collect() }
+        let borders = map.levels.iter().map(Border::new).collect();
+        Self { map, borders, planes: Planes::new(map.levels.len()) }
     }
 
     /// Texels along an edge of level 0.
@@ -85,6 +88,12 @@ impl<'a> Texture<'a> {
     #[must_use]
     pub fn texel(&self, level: usize, face: usize, x: usize, y: usize) -> [f64; 3] {
         self.map.levels[level].texel(face, x, y).map(f64::from)
+    }
+
+    /// A row of a face.
+    pub(super) fn row(&self, level: usize, face: usize, y: usize) -> &[[f32; 3]] {
+        let CubeLevel { size, texels } = &self.map.levels[level];
+        &texels[(face * size + y) * size..][..*size]
     }
 
     /// The bilinear value at a point of the cube, with the neighbour's texels across an edge and, at a
@@ -147,6 +156,6 @@ fn cell(u: f64, size: usize) -> (usize, f64) {
         clippy::cast_sign_loss,
         reason = "from ½ to size + ½"
     )]
-    let index = above_left as usize;
-    (index, above_left - index as f64)
+    let index = above_left as u32;
+    (index as usize, above_left - f64::from(index))
 }
