@@ -25,6 +25,17 @@ pub struct Fragment {
     pub rough: Option<[f64; 3]>,
 }
 
+impl Fragment {
+    /// Changes each of its numbers.
+    #[inline]
+    pub fn for_each(&mut self, mut change: impl FnMut(&mut f64)) {
+        let Self { v, n, dv_dx, dv_dy, dn_dx, dn_dy, .. } = self;
+        [v, n, dv_dx, dv_dy, dn_dx, dn_dy].into_iter().flatten().for_each(&mut change);
+        self.h.iter_mut().chain(&mut self.rough).flatten().for_each(&mut change);
+        self.bump.iter_mut().flatten().for_each(change);
+    }
+}
+
 /// A fragment and the pixel that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelFragment {
@@ -84,6 +95,20 @@ pub struct TexFragment {
     pub tangents: Tangents,
     /// (s, t); the texture covers 0…1.
     pub st: [f64; 2],
+}
+
+impl TexFragment {
+    /// Changes each of its numbers.
+    #[inline]
+    pub fn for_each(&mut self, mut change: impl FnMut(&mut f64)) {
+        let (vectors, st) = match &mut self.tangents {
+            Tangents::Surface { dp_ds, dp_dt } => ([dp_ds, dp_dt], None),
+            Tangents::Triangle { edges: [b, c], st } => ([b, c], Some(st.as_flattened_mut())),
+        };
+        let [first, second] = vectors;
+        [&mut self.d, &mut self.n, first, second].into_iter().flatten().for_each(&mut change);
+        st.into_iter().flatten().chain(&mut self.st).for_each(change);
+    }
 }
 
 /// One ray's input to the HIT operation, in doubles. The map's reference point is the origin.

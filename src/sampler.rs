@@ -1,15 +1,17 @@
 //! The interface of a texture sampler: textures, sampler states and queries in, colours out. A GPU has one, and a model
 //! of a GPU is one.
 
+use crate::base::named::named;
 use crate::error::InputError;
 
-/// Kind of texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Shape {
-    /// One face.
-    Planar,
-    /// Six faces, +X −X +Y −Y +Z −Z.
-    Cube,
+named! {
+    /// Kind of texture.
+    pub enum Shape {
+        /// One face.
+        Planar = "2-D",
+        /// Six faces, +X −X +Y −Y +Z −Z.
+        Cube = "cube",
+    }
 }
 
 impl Shape {
@@ -23,26 +25,15 @@ impl Shape {
     }
 }
 
-/// The stored form of a texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// 4 × 8 bits, 0…1.
-    Unorm8,
-    /// 4 × half float.
-    Half,
-    /// 4 × float; not every device filters it.
-    Float,
-}
-
-impl Format {
-    /// WebGPU's name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unorm8 => "rgba8unorm",
-            Self::Half => "rgba16float",
-            Self::Float => "rgba32float",
-        }
+named! {
+    /// The stored form of a texel.
+    pub enum Format {
+        /// 4 × 8 bits, 0…1.
+        Unorm8 = "rgba8unorm",
+        /// 4 × half float.
+        Half = "rgba16float",
+        /// 4 × float; not every device filters it.
+        Float = "rgba32float",
     }
 }
 
@@ -116,15 +107,16 @@ impl State {
     }
 }
 
-/// Where the level of detail comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Source {
-    /// Given: `textureSampleLevel`.
-    Level,
-    /// From given derivatives: `textureSampleGrad`.
-    Gradient,
-    /// From the differences of a 2 × 2 quad of pixels that has these derivatives: `textureSample`.
-    Quad,
+named! {
+    /// Where the level of detail comes from.
+    pub enum Source {
+        /// Given: `textureSampleLevel`.
+        Level = "textureSampleLevel",
+        /// From given derivatives: `textureSampleGrad`.
+        Gradient = "textureSampleGrad",
+        /// From the differences of a 2 × 2 quad of pixels that has these derivatives: `textureSample`.
+        Quad = "textureSample",
+    }
 }
 
 /// One look-up. Planar textures have coordinates 0…1, cubes directions; planar ones ignore the third component.

@@ -2,6 +2,7 @@
 
 pub mod dual;
 pub mod hash;
+pub(crate) mod named;
 pub mod num;
 pub mod quiet;
 pub mod random;

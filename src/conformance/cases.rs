@@ -5,37 +5,25 @@ use super::harness::{Device as _, Harness};
 use super::patterns;
 use super::stimuli::{exponents, extreme, ordinary, rows};
 use super::subject::Subject;
+use crate::base::named::named;
 use crate::base::num;
 use crate::base::random::Random;
 
-/// The class of a case: which numbers it puts to the test.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Class {
-    /// As pictures have them.
-    Ordinary,
-    /// Exponents of every size, and ratios between operands.
-    Exponents,
-    /// Patterns at one number (level 1) or two (level 2) of an ordinary case.
-    Patterns,
-    /// Rows of the specification's section 8, turned by the cube's 48 symmetries.
-    Extremes,
+named! {
+    /// The class of a case: which numbers it puts to the test.
+    pub enum Class {
+        /// As pictures have them.
+        Ordinary = "ordinary",
+        /// Exponents of every size, and ratios between operands.
+        Exponents = "exponents",
+        /// Patterns at one number (level 1) or two (level 2) of an ordinary case.
+        Patterns = "patterns",
+        /// Rows of the specification's section 8, turned by the cube's 48 symmetries.
+        Extremes = "extremes",
+    }
 }
 
 impl Class {
-    /// Every class.
-    pub const ALL: [Self; 4] = [Self::Ordinary, Self::Exponents, Self::Patterns, Self::Extremes];
-
-    /// The name in a suite.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ordinary => "ordinary",
-            Self::Exponents => "exponents",
-            Self::Patterns => "patterns",
-            Self::Extremes => "extremes",
-        }
-    }
-
     const fn salt(self) -> u64 {
         match self {
             Self::Ordinary => 0x6f72_6469,

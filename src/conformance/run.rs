@@ -7,34 +7,21 @@ use super::harness::{Build, Device as _, Harness, overlay};
 use super::stimuli::Stimulus;
 use super::subject::Subject;
 use super::suite::Suite;
+use crate::base::named::named;
 use crate::base::num;
 use crate::engine::probe::RtlProbe;
 use crate::error::InputError;
 use crate::unit::UnitSpec;
 
-/// An engine of the suites.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Engine {
-    /// The integer model against itself: one lane after other cases, every code within its register.
-    Rtl,
-    /// The integer model against exact arithmetic.
-    F64,
-    /// The shaders against exact arithmetic.
-    Gpu,
-}
-
-impl Engine {
-    /// Every engine.
-    pub const ALL: [Self; 3] = [Self::Rtl, Self::F64, Self::Gpu];
-
-    /// The name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rtl => "rtl",
-            Self::F64 => "f64",
-            Self::Gpu => "gpu",
-        }
+named! {
+    /// An engine of the suites.
+    pub enum Engine {
+        /// The integer model against itself: one lane after other cases, every code within its register.
+        Rtl = "rtl",
+        /// The integer model against exact arithmetic.
+        F64 = "f64",
+        /// The shaders against exact arithmetic.
+        Gpu = "gpu",
     }
 }
 

@@ -194,26 +194,61 @@ impl Reports {
     }
 }
 
-/// Words of ENV's operands and results.
-pub const ENV_WORDS: Words = Words { input: 26, output: Filtered::WORDS };
-
-/// The ENV operation on a device.
-pub struct GpuEnv<'a> {
-    gpu: &'a Gpu,
+/// A fused kernel with its maps.
+struct Loaded<'a> {
     program: Program,
-    maps: Maps,
-    policy: Policy,
+    maps: Maps<'a>,
+    words: Words,
 }
 
-/// A fragment's words: a missing input is zero.
-pub fn encode(operands: &mut Operands, fragment: &Fragment) {
-    let f = fragment;
-    operands.begin();
-    for v in [f.v, f.n, f.dv_dx, f.dv_dy, f.dn_dx, f.dn_dy, f.h.unwrap_or_default()] {
-        operands.numbers(&v);
+impl<'a> Loaded<'a> {
+    fn new(kernel: Fused, maps: Maps<'a>, words: Words) -> Result<Self, GpuError> {
+        let program = Program::new(maps.gpu, Kernel::Fused(kernel))?;
+        program.warm(&maps, words)?;
+        Ok(Self { program, maps, words })
     }
-    operands.numbers(&f.bump.unwrap_or_default());
-    operands.numbers(&f.rough.unwrap_or_default());
+
+    /// What `result` makes of each fragment's words and flags, those of its operands included; reports are by pixel.
+    fn run<T>(
+        &self,
+        operands: &Operands,
+        pixels: impl Iterator<Item = [u32; 2]>,
+        progress: Progress<'_>,
+        mut result: impl FnMut(Filtered, &[u32]) -> T,
+    ) -> Result<(Vec<T>, Reports), GpuError> {
+        let input = (operands.words.as_slice(), [].as_slice());
+        let words = self.program.run(&self.maps, self.words, input, &|n| progress(n))?;
+        let mut reports = Reports::default();
+        let results = words.chunks_exact(self.words.output).zip(&operands.flags).zip(pixels);
+        let results = results.map(|((words, flags), pixel)| {
+            let mut filtered = Filtered::of(words);
+            filtered.flags |= flags;
+            reports.add(filtered.flags, pixel);
+            result(filtered, &words[Filtered::WORDS..])
+        });
+        let results = results.collect();
+        Ok((results, reports))
+    }
+}
+
+/// Words of ENV's operands and results.
+const ENV_WORDS: Words = Words { input: 26, output: Filtered::WORDS };
+
+/// The ENV operation on a device.
+pub struct GpuEnv<'a>(Loaded<'a>);
+
+/// The words of fragments: a missing input is zero.
+fn operands(fragments: &[PixelFragment]) -> Operands {
+    let mut operands = Operands::new(Flag::NonFinite);
+    for PixelFragment { fragment: f, .. } in fragments {
+        operands.begin();
+        for v in [f.v, f.n, f.dv_dx, f.dv_dy, f.dn_dx, f.dn_dy, f.h.unwrap_or_default()] {
+            operands.numbers(&v);
+        }
+        operands.numbers(&f.bump.unwrap_or_default());
+        operands.numbers(&f.rough.unwrap_or_default());
+    }
+    operands
 }
 
 /// The policy of fragments that have what this one has.
@@ -236,16 +271,9 @@ impl<'a> GpuEnv<'a> {
         map: &CubeMap,
         first: Option<&Fragment>,
     ) -> Result<Self, GpuError> {
-        let tables = tables(settings);
-        let policy = Policy::new(settings, &tables).with_cube(map);
-        let out = Self {
-            program: Program::new(gpu, Kernel::Fused(Fused::Env))?,
-            maps: Maps::none(gpu)?.with_cube(gpu, map)?.with_tables(gpu, &tables.words())?,
-            policy: with_needs(policy, first),
-            gpu,
-        };
-        out.program.warm(gpu, &out.maps, &out.policy, ENV_WORDS)?;
-        Ok(out)
+        let mut maps = Maps::new(gpu, settings, &tables(settings))?.with_cube(map)?;
+        maps.policy = with_needs(maps.policy, first);
+        Ok(Self(Loaded::new(Fused::Env, maps, ENV_WORDS)?))
     }
 
     /// Every fragment's result, flags of its operands included, and what left the range of f32.
@@ -258,24 +286,8 @@ impl<'a> GpuEnv<'a> {
         fragments: &[PixelFragment],
         progress: Progress<'_>,
     ) -> Result<(Vec<Filtered>, Reports), GpuError> {
-        let mut operands = Operands::new(Flag::NonFinite);
-        for fragment in fragments {
-            encode(&mut operands, &fragment.fragment);
-        }
-        let input = (operands.words.as_slice(), [].as_slice());
-        let (maps, policy) = (&self.maps, &self.policy);
-        let words = self.program.run(self.gpu, maps, policy, ENV_WORDS, input, &|n| progress(n))?;
-        let mut reports = Reports::default();
-        let results = words.chunks_exact(ENV_WORDS.output).map(Filtered::of);
-        let results = results
-            .zip(fragments.iter().zip(operands.flags))
-            .map(|(mut result, (fragment, flags))| {
-                result.flags |= flags;
-                reports.add(result.flags, fragment.pixel);
-                result
-            })
-            .collect();
-        Ok((results, reports))
+        let pixels = fragments.iter().map(|fragment| fragment.pixel);
+        self.0.run(&operands(fragments), pixels, progress, |filtered, _| filtered)
     }
 
     /// The fragments of one batch on the device, and how many there are: at most what a batch holds.
@@ -284,14 +296,10 @@ impl<'a> GpuEnv<'a> {
     ///
     /// The driver's error.
     pub fn upload(&self, fragments: &[PixelFragment]) -> Result<(Batch, usize), GpuError> {
-        let count = fragments.len().min(Program::batch(self.gpu, ENV_WORDS));
-        let mut operands = Operands::new(Flag::NonFinite);
-        for fragment in &fragments[..count] {
-            encode(&mut operands, &fragment.fragment);
-        }
-        let (maps, policy) = (&self.maps, &self.policy);
-        let batch = self.program.upload(self.gpu, maps, policy, ENV_WORDS, &operands.words, &[])?;
-        Ok((batch, count))
+        let Loaded { program, maps, words } = &self.0;
+        let count = fragments.len().min(Program::batch(maps.gpu, *words));
+        let operands = operands(&fragments[..count]);
+        Ok((program.upload(maps, *words, &operands.words, &[])?, count))
     }
 
     /// Runs the kernel over a batch that is on the device, and waits for it.
@@ -300,8 +308,8 @@ impl<'a> GpuEnv<'a> {
     ///
     /// The driver's error.
     pub fn run(&self, batch: &Batch) -> Result<(), GpuError> {
-        self.program.dispatch(self.gpu, batch)?;
-        self.gpu.wait()
+        self.0.program.dispatch(self.0.maps.gpu, batch)?;
+        self.0.maps.gpu.wait()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::levels::{self, Fit, lod_on, lods, query, random, rank};
 use super::rho::axes;
+use crate::base::named::named;
 use crate::error::InputError;
 use crate::sampler::{Query, Shape, Source, State, TextureUnit, alone};
 
@@ -14,37 +15,23 @@ const OCTAVES: usize = 5;
 /// Skewed pairs of derivatives.
 const SKEWED: usize = 128;
 
-/// How many taps a line has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Count {
-    /// ⌈ratio⌉.
-    Ceil,
-    /// ⌊ratio + ½⌋.
-    Round,
-    /// ⌊ratio⌋.
-    Floor,
-    /// The next even number, or 1.
-    Even,
-    /// The next power of two.
-    PowerOfTwo,
+named! {
+    /// How many taps a line has.
+    pub enum Count {
+        /// ⌈ratio⌉.
+        Ceil = "ceil(ratio)",
+        /// ⌊ratio + ½⌋.
+        Round = "round(ratio)",
+        /// ⌊ratio⌋.
+        Floor = "floor(ratio)",
+        /// The next even number, or 1.
+        Even = "next even number of ratio",
+        /// The next power of two.
+        PowerOfTwo = "next power of two of ratio",
+    }
 }
 
 impl Count {
-    /// Every rule.
-    pub const ALL: [Self; 5] = [Self::Ceil, Self::Round, Self::Floor, Self::Even, Self::PowerOfTwo];
-
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ceil => "ceil(ratio)",
-            Self::Round => "round(ratio)",
-            Self::Floor => "floor(ratio)",
-            Self::Even => "next even number of ratio",
-            Self::PowerOfTwo => "next power of two of ratio",
-        }
-    }
-
     /// Taps of a ratio under a clamp.
     #[must_use]
     pub fn of(self, ratio: f64, clamp: u16) -> f64 {
@@ -77,24 +64,26 @@ pub enum Width {
     PerTap(Count),
 }
 
-/// What P and p are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Lengths {
-    /// Of the two derivatives.
-    Derivatives,
-    /// Of the ellipse's axes.
-    Ellipse,
+named! {
+    /// What P and p are.
+    pub enum Lengths {
+        /// Of the two derivatives.
+        Derivatives = "lengths of dx and dy",
+        /// Of the ellipse's axes.
+        Ellipse = "axes of the ellipse",
+    }
 }
 
-/// Whether two levels are mixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Mix {
-    /// Two levels by the fraction of λ.
-    Between,
-    /// The level below alone.
-    Floor,
-    /// The nearest level alone.
-    Nearest,
+named! {
+    /// Whether two levels are mixed.
+    pub enum Mix {
+        /// Two levels by the fraction of λ.
+        Between = "two levels mixed",
+        /// The level below alone.
+        Floor = "one level, rounded down",
+        /// The nearest level alone.
+        Nearest = "one level, the nearest",
+    }
 }
 
 /// A rule for the level of detail under a clamp.
@@ -157,20 +146,6 @@ pub fn ratio(long: f64, short: f64) -> f64 {
     long / short.max(long / 1024.0).max(f64::MIN_POSITIVE)
 }
 
-impl Mix {
-    const ALL: [Self; 3] = [Self::Between, Self::Floor, Self::Nearest];
-
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Between => "two levels mixed",
-            Self::Floor => "one level, rounded down",
-            Self::Nearest => "one level, the nearest",
-        }
-    }
-}
-
 impl Width {
     /// In words.
     #[must_use]
@@ -186,15 +161,6 @@ impl Width {
 }
 
 impl Lengths {
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Derivatives => "lengths of dx and dy",
-            Self::Ellipse => "axes of the ellipse",
-        }
-    }
-
     /// P, p and the direction of P, in texels.
     #[must_use]
     pub fn of(self, dx: [f64; 2], dy: [f64; 2]) -> (f64, f64, [f64; 2]) {

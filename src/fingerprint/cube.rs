@@ -3,7 +3,7 @@
 use super::aniso::{LodRule, rules};
 use super::levels::{Fit, lod_on, numbered, random, rank};
 use super::model::{Corner, Model, Seam};
-use super::rho::{PLANAR_RULES, PROJECTIONS, Projection, Rho};
+use super::rho::{Projection, Rho};
 use super::transfer::{Transfer, transfer};
 use crate::base::num;
 use crate::cube::{FACE_AXES, FACE_NAMES, direction, major_face};
@@ -184,7 +184,7 @@ pub fn rho(
 ) -> Result<Vec<Fit<(Projection, Rho)>>, InputError> {
     let cases = lods(unit, State::trilinear(1), Source::Gradient, &cases())?;
     let all: Vec<(Projection, Rho)> =
-        PROJECTIONS.into_iter().flat_map(|p| PLANAR_RULES.map(|rho| (p, rho))).collect();
+        Projection::ALL.into_iter().flat_map(|p| Rho::ALL.map(|rho| (p, rho))).collect();
     Ok(rank(&all, &cases, |(projection, rho), q| {
         let [at, dx, dy] = [q.at, q.dx, q.dy].map(|v| v.map(f64::from));
         let length = projection.length(rho, at, [dx, dy], SIZE as f64);

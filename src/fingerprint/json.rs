@@ -8,7 +8,7 @@ use super::model::Rule;
 use super::steps::{Rounding, Staircase, Steps};
 use super::taps::{Footprint, Taps};
 use super::transfer::Transfer;
-use super::{Filter, Fingerprint, Mapped, honours, shape_name, source_name};
+use super::{Filter, Fingerprint, Mapped, honours};
 use crate::sampler::Source;
 
 /// Every finding; the caller adds the adapter.
@@ -47,7 +47,7 @@ pub fn to_json(found: &Fingerprint) -> Value {
             "filters": found.filters.iter().map(filter).collect::<Vec<_>>(),
             "lod_over_ratio": found.ratios.iter().map(|r| json!({
                 "clamp": r.clamp,
-                "by": source_name(r.source),
+                "by": r.source.name(),
                 "ratio_and_lod": r.sweep,
             })).collect::<Vec<_>>(),
             "taps": found.taps.iter().map(taps).collect::<Vec<_>>(),
@@ -109,8 +109,8 @@ fn levels(found: &Fingerprint) -> Value {
 
 fn rule(r: &Rule) -> Value {
     json!({
-        "texture": shape_name(r.shape),
-        "by": source_name(r.source),
+        "texture": r.shape.name(),
+        "by": r.source.name(),
         "clamp": r.clamp,
         "lod": {"width": r.lod.width.name(), "lengths": r.lod.lengths.name(), "levels": r.lod.mix.name()},
         "shape": r.line.name(),
@@ -127,7 +127,7 @@ fn filter(f: &Filter) -> Value {
 }
 
 fn footprint(f: &Footprint) -> Value {
-    json!({"texture": shape_name(f.shape), "clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
+    json!({"texture": f.shape.name(), "clamp": f.clamp, "ratio": f.ratio, "degrees": f.degrees})
 }
 
 fn taps(t: &Taps) -> Value {
@@ -157,7 +157,7 @@ fn transfer(t: &Transfer) -> Vec<Value> {
 
 fn map(source: Source, map: &[Mapped]) -> Value {
     json!({
-        "by": source_name(source),
+        "by": source.name(),
         "size": super::MAP,
         "level_index_weight": map.iter().map(|m| json!({
             "footprint": footprint(&m.footprint),
@@ -172,7 +172,7 @@ fn cube(found: &Fingerprint) -> Value {
     for (source, shown) in &found.cube_map {
         for s in shown {
             maps.push(json!({
-                "by": source_name(*source),
+                "by": source.name(),
                 "title": s.title,
                 "direction": s.query.at,
                 "dx": s.query.dx,

@@ -1,7 +1,8 @@
 //! Probes of the level of detail: its weights, its curve, which length the derivatives have.
 
-use super::rho::{PLANAR_RULES, Rho};
+use super::rho::Rho;
 use super::steps::{SWEEP, Staircase, fraction, grid_bits, staircase};
+use crate::base::named::named;
 use crate::base::num;
 use crate::base::random::Random;
 use crate::error::InputError;
@@ -24,36 +25,21 @@ pub fn numbered(shape: Shape, size: usize, levels: usize) -> Image {
     Image::new(shape, Format::Half, size, levels, |level, _, _, _| [level as f32, 0.0, 0.0, 1.0])
 }
 
-/// Ways to take a logarithm of f32's exponent and mantissa.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Log {
-    /// Exact to the last bits.
-    Exact,
-    /// Exponent and mantissa − 1 of ρ: straight lines from octave to octave.
-    Mantissa,
-    /// Half of that of ρ²: straight lines over half octaves.
-    MantissaOfSquare,
-    /// Exact, but compressed to the middle half between two levels (Mesa's "brilinear").
-    MiddleHalf,
+named! {
+    /// Ways to take a logarithm of f32's exponent and mantissa.
+    pub enum Log {
+        /// Exact to the last bits.
+        Exact = "log2 itself",
+        /// Exponent and mantissa − 1 of ρ: straight lines from octave to octave.
+        Mantissa = "straight lines between whole levels (exponent and mantissa of rho)",
+        /// Half of that of ρ²: straight lines over half octaves.
+        MantissaOfSquare = "straight lines between half levels (half of exponent and mantissa of rho squared)",
+        /// Exact, but compressed to the middle half between two levels (Mesa's "brilinear").
+        MiddleHalf = "log2, compressed to the middle half between two levels",
+    }
 }
 
-/// Every way.
-const LOGS: [Log; 4] = [Log::Exact, Log::Mantissa, Log::MantissaOfSquare, Log::MiddleHalf];
-
 impl Log {
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "log2 itself",
-            Self::Mantissa => "straight lines between whole levels (exponent and mantissa of rho)",
-            Self::MantissaOfSquare => {
-                "straight lines between half levels (half of exponent and mantissa of rho squared)"
-            }
-            Self::MiddleHalf => "log2, compressed to the middle half between two levels",
-        }
-    }
-
     /// λ − ⌊log2 ρ⌋ for the fraction of log2 ρ.
     #[must_use]
     pub fn fraction(self, f: f64) -> f64 {
@@ -180,7 +166,7 @@ pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, InputError> {
     let distinct = staircase(octave.clone(), None).distinct;
     let points: Vec<(f64, f64)> =
         octave.iter().enumerate().map(|(k, l)| (fraction(k), *l)).take(SWEEP as usize).collect();
-    let logs = rank(&LOGS, &points, |log, f| log.fraction(*f));
+    let logs = rank(&Log::ALL, &points, |log, f| log.fraction(*f));
     let nearest = State { linear_mips: false, ..state };
     let switch: Vec<Query> =
         (0..=SWEEP).map(|k| line(1.0 + f64::from(k) / f64::from(SWEEP))).collect();
@@ -259,7 +245,7 @@ pub fn rho(unit: &mut dyn TextureUnit, curve: &Curve) -> Result<Vec<Fit<Rho>>, I
     let queries: Vec<Query> = cases.iter().map(|[dx, dy]| query(*dx, *dy)).collect();
     let seen = lods(unit, State::trilinear(1), Source::Gradient, &queries)?;
     let cases: Vec<_> = cases.into_iter().zip(seen).collect();
-    Ok(rank(&PLANAR_RULES, &cases, |rule, [dx, dy]| {
+    Ok(rank(&Rho::ALL, &cases, |rule, [dx, dy]| {
         lod_on(&curve.octave, libm::log2(rule.length(*dx, *dy)))
     }))
 }

@@ -302,22 +302,3 @@ fn map(unit: &mut dyn TextureUnit, source: Source, clamp: u16) -> Result<Vec<Map
 pub fn honours([alone, together]: [f64; 2]) -> bool {
     alone > 0.0 && (alone - together).abs() < 1e-3
 }
-
-/// A source in words.
-#[must_use]
-pub const fn source_name(source: Source) -> &'static str {
-    match source {
-        Source::Level => "textureSampleLevel",
-        Source::Gradient => "textureSampleGrad",
-        Source::Quad => "textureSample",
-    }
-}
-
-/// A kind of texture in words.
-#[must_use]
-pub const fn shape_name(shape: Shape) -> &'static str {
-    match shape {
-        Shape::Planar => "2-D",
-        Shape::Cube => "cube",
-    }
-}

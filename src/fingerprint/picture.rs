@@ -5,7 +5,7 @@ use super::levels::CURVE;
 use super::picture_map::{CUBE_TEXEL, LARGE, SMALL_SCALE, net, tap_map};
 use super::plot::{Axes, Canvas, IDEAL, INK, SERIES};
 use super::texels::fractions;
-use super::{Fingerprint, MAP_ANGLES, MAP_RATIOS, honours, source_name};
+use super::{Fingerprint, MAP_ANGLES, MAP_RATIOS, honours};
 use crate::picture::Picture;
 use crate::sampler::Source;
 
@@ -44,7 +44,7 @@ pub fn draw(adapter: &str, found: &Fingerprint) -> Picture {
     for (source, shown) in &found.cube_map {
         let title = format!(
             "cube, {SMALL} x {SMALL} texels a face: footprint of 6 x 1 texels by {}, largest clamp; +x -x +y -y around +z",
-            source_name(*source)
+            source.name()
         );
         canvas.text((24, y), &title, 1, INK);
         for (i, s) in shown.iter().enumerate() {
@@ -117,7 +117,7 @@ fn facts(found: &Fingerprint) -> Vec<String> {
     ];
     for f in &found.filters {
         if f.rule.clamp == 16 {
-            let (shape, by) = (super::shape_name(f.rule.shape), source_name(f.rule.source));
+            let (shape, by) = (f.rule.shape.name(), f.rule.source.name());
             facts.push(format!("{shape}, {by}: {}", f.rule.line.short()));
         }
     }
@@ -172,7 +172,7 @@ fn ratios(canvas: &mut Canvas, found: &Fingerprint) {
     for (i, source) in [Source::Gradient, Source::Quad].into_iter().enumerate() {
         let axes =
             Axes { at: (1110 + 265 * i, 450), size: (235, 280), x: [0.0, 5.0], y: [-0.2, 7.2] };
-        let title = format!("lambda, {}", source_name(source));
+        let title = format!("lambda, {}", source.name());
         let y_ticks = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         let y_ticks: &[f64] = if i == 0 { &y_ticks } else { &[] };
         axes.draw(

@@ -4,7 +4,7 @@ use super::cube::{SMALL, Shown};
 use super::plot::{Canvas, FAINT, IDEAL, INK, heat};
 use super::taps::Tap;
 use super::transfer::Transfer;
-use super::{Fingerprint, MAP, MAP_ANGLES, Mapped, source_name};
+use super::{Fingerprint, MAP, MAP_ANGLES, Mapped};
 use crate::base::num;
 use crate::sampler::Source;
 
@@ -49,7 +49,7 @@ pub(super) fn tap_map(
     let clamp = map.first().map_or(1, |m| m.footprint.clamp);
     let title = format!(
         "texels of {} on a 2-D texture, clamp {clamp}: darkest = largest weight; black dots: bilinear taps",
-        source_name(source)
+        source.name()
     );
     canvas.text((x, y), &title, 1, INK);
     for (column, angle) in MAP_ANGLES.iter().enumerate() {

@@ -1,56 +1,31 @@
 //! Rules for the length that the level of detail is the logarithm of.
 
+use crate::base::named::named;
 use crate::cube::{FACE_AXES, face_uv};
 
-/// The length of a footprint, by one of several rules, with derivatives ∂(s, t)/∂x and ∂(s, t)/∂y in texels of level 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Rho {
-    /// The longer of the two derivatives: the ideal of D3D and Vulkan.
-    Longer,
-    /// The largest component of either.
-    LargestComponent,
-    /// The longer side of the box around the parallelogram: |∂s/∂x| + |∂s/∂y|, or that of t.
-    Box,
-    /// The larger of |∂s/∂x| + |∂t/∂x| and |∂s/∂y| + |∂t/∂y|.
-    Taxicab,
-    /// The longer of the rows (∂s/∂x, ∂s/∂y) and (∂t/∂x, ∂t/∂y).
-    LongerRow,
-    /// The major axis of the ellipse.
-    Ellipse,
-    /// √ of the sum of all squares.
-    Frobenius,
-    /// Of the derivatives' max + min/2 of |∂s|, |∂t|, the larger.
-    Octagon,
+named! {
+    /// The length of a footprint, by one of several rules, with derivatives ∂(s, t)/∂x and ∂(s, t)/∂y in texels of level 0.
+    pub enum Rho {
+        /// The longer of the two derivatives: the ideal of D3D and Vulkan.
+        Longer = "max(|dx|, |dy|), the D3D and Vulkan ideal",
+        /// The largest component of either.
+        LargestComponent = "max(|ds/dx|, |dt/dx|, |ds/dy|, |dt/dy|)",
+        /// The longer side of the box around the parallelogram: |∂s/∂x| + |∂s/∂y|, or that of t.
+        Box = "max(|ds/dx| + |ds/dy|, |dt/dx| + |dt/dy|)",
+        /// The larger of |∂s/∂x| + |∂t/∂x| and |∂s/∂y| + |∂t/∂y|.
+        Taxicab = "max(|ds/dx| + |dt/dx|, |ds/dy| + |dt/dy|)",
+        /// The longer of the rows (∂s/∂x, ∂s/∂y) and (∂t/∂x, ∂t/∂y).
+        LongerRow = "max(|(ds/dx, ds/dy)|, |(dt/dx, dt/dy)|)",
+        /// The major axis of the ellipse.
+        Ellipse = "major axis of the ellipse",
+        /// √ of the sum of all squares.
+        Frobenius = "square root of the sum of squares",
+        /// Of the derivatives' max + min/2 of |∂s|, |∂t|, the larger.
+        Octagon = "max over x, y of larger + smaller/2",
+    }
 }
 
-/// Every rule.
-pub const PLANAR_RULES: [Rho; 8] = [
-    Rho::Longer,
-    Rho::LargestComponent,
-    Rho::Box,
-    Rho::Taxicab,
-    Rho::LongerRow,
-    Rho::Ellipse,
-    Rho::Frobenius,
-    Rho::Octagon,
-];
-
 impl Rho {
-    /// The rule in words and signs.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Longer => "max(|dx|, |dy|), the D3D and Vulkan ideal",
-            Self::LargestComponent => "max(|ds/dx|, |dt/dx|, |ds/dy|, |dt/dy|)",
-            Self::Box => "max(|ds/dx| + |ds/dy|, |dt/dx| + |dt/dy|)",
-            Self::Taxicab => "max(|ds/dx| + |dt/dx|, |ds/dy| + |dt/dy|)",
-            Self::LongerRow => "max(|(ds/dx, ds/dy)|, |(dt/dx, dt/dy)|)",
-            Self::Ellipse => "major axis of the ellipse",
-            Self::Frobenius => "square root of the sum of squares",
-            Self::Octagon => "max over x, y of larger + smaller/2",
-        }
-    }
-
     /// The length.
     #[must_use]
     pub fn length(self, dx: [f64; 2], dy: [f64; 2]) -> f64 {
@@ -86,32 +61,19 @@ pub fn axes(dx: [f64; 2], dy: [f64; 2]) -> (f64, f64, [f64; 2]) {
     (libm::sqrt(mean + root), minor, axis)
 }
 
-/// How 3-D derivatives become derivatives on a cube's face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Projection {
-    /// By the quotient rule: exact.
-    Exact,
-    /// Divided by the major component, whose own derivative is left out.
-    NoQuotient,
-    /// All three components, divided by the major one; the third counts as one more coordinate.
-    ThreeComponents,
+named! {
+    /// How 3-D derivatives become derivatives on a cube's face.
+    pub enum Projection {
+        /// By the quotient rule: exact.
+        Exact = "projected exactly (quotient rule)",
+        /// Divided by the major component, whose own derivative is left out.
+        NoQuotient = "divided by the major component, its own derivative left out",
+        /// All three components, divided by the major one; the third counts as one more coordinate.
+        ThreeComponents = "all three components, divided by the major one",
+    }
 }
 
-/// Every projection.
-pub const PROJECTIONS: [Projection; 3] =
-    [Projection::Exact, Projection::NoQuotient, Projection::ThreeComponents];
-
 impl Projection {
-    /// The projection in words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "projected exactly (quotient rule)",
-            Self::NoQuotient => "divided by the major component, its own derivative left out",
-            Self::ThreeComponents => "all three components, divided by the major one",
-        }
-    }
-
     /// Derivatives on the face of `at`, in texels.
     #[must_use]
     pub fn on_face(self, at: [f64; 3], d: [f64; 3], size: f64) -> [f64; 2] {

@@ -1,85 +1,48 @@
 //! Shapes of filters: the texels read beyond edges and corners of a cube, and the taps of a footprint.
 
 use super::aniso::{Count, LodRule};
+use crate::base::named::named;
 use crate::sampler::{Shape, Source};
 
-/// The texels read beyond a cube's edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Seam {
-    /// The neighbouring face's texels.
-    Neighbour,
-    /// The face's own edge again.
-    Clamped,
-}
-
-impl Seam {
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Neighbour => "the neighbouring face's texels",
-            Self::Clamped => "the face's own edge again",
-        }
+named! {
+    /// The texels read beyond a cube's edge.
+    pub enum Seam {
+        /// The neighbouring face's texels.
+        Neighbour = "the neighbouring face's texels",
+        /// The face's own edge again.
+        Clamped = "the face's own edge again",
     }
 }
 
-impl Corner {
-    /// Every rule.
-    pub const ALL: [Self; 5] = [Self::Mean, Self::Rescaled, Self::Own, Self::Beside, Self::Below];
-
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Mean => "the mean of the other three texels",
-            Self::Rescaled => "nothing: the other three weights are scaled to sum to 1",
-            Self::Own => "the own face's corner texel once more",
-            Self::Beside => "the texel across the vertical edge once more",
-            Self::Below => "the texel across the horizontal edge once more",
-        }
+named! {
+    /// What takes the place of the texel that a cube's corner does not have.
+    pub enum Corner {
+        /// The mean of the other three (D3D's rule).
+        Mean = "the mean of the other three texels",
+        /// Nothing: the other three weights are scaled to sum to 1.
+        Rescaled = "nothing: the other three weights are scaled to sum to 1",
+        /// The look-up's own face's corner texel.
+        Own = "the own face's corner texel once more",
+        /// The texel across the vertical edge.
+        Beside = "the texel across the vertical edge once more",
+        /// The texel across the horizontal edge.
+        Below = "the texel across the horizontal edge once more",
     }
 }
 
-/// What takes the place of the texel that a cube's corner does not have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Corner {
-    /// The mean of the other three (D3D's rule).
-    Mean,
-    /// Nothing: the other three weights are scaled to sum to 1.
-    Rescaled,
-    /// The look-up's own face's corner texel.
-    Own,
-    /// The texel across the vertical edge.
-    Beside,
-    /// The texel across the horizontal edge.
-    Below,
-}
-
-/// How far apart the taps of a line are, as a share of the longer derivative.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Spacing {
-    /// 1/n: each tap stands for an equal part of the line.
-    Parts,
-    /// 1/(n + 1): Vulkan's example.
-    Between,
-    /// 1/(n − 1): the outer taps lie on the line's ends.
-    Ends,
+named! {
+    /// How far apart the taps of a line are, as a share of the longer derivative.
+    pub enum Spacing {
+        /// 1/n: each tap stands for an equal part of the line.
+        Parts = "longer/taps",
+        /// 1/(n + 1): Vulkan's example.
+        Between = "longer/(taps + 1)",
+        /// 1/(n − 1): the outer taps lie on the line's ends.
+        Ends = "longer/(taps - 1)",
+    }
 }
 
 impl Spacing {
-    /// Every rule.
-    pub const ALL: [Self; 3] = [Self::Parts, Self::Between, Self::Ends];
-
-    /// In words.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Parts => "longer/taps",
-            Self::Between => "longer/(taps + 1)",
-            Self::Ends => "longer/(taps - 1)",
-        }
-    }
-
     /// The distance as a share of the longer derivative.
     #[must_use]
     pub fn share(self, taps: f64) -> f64 {

@@ -8,7 +8,7 @@ use super::levels::{Curve, Fit, SIZE};
 use super::rho::{Projection, Rho};
 use super::steps::{SWEEP, Staircase, Steps};
 use super::text_taps::{filters, indented, power, taps};
-use super::{Fingerprint, honours, shape_name, source_name};
+use super::{Fingerprint, honours};
 use crate::report::table::{Table, places, text, value, whole};
 use crate::sampler::Format;
 
@@ -151,7 +151,7 @@ fn cubes(found: &Fingerprint) -> String {
 "
     );
     for (source, shown) in &found.cube_map {
-        let by = source_name(*source);
+        let by = source.name();
         out += &format!("   footprint 6 x 1 texels by {by}, largest clamp:\n");
         for s in shown {
             let (level, texels) = (s.transfer.main_level(), s.transfer.texels());
@@ -188,8 +188,8 @@ pub(super) fn checked(found: &Fingerprint) -> Table {
     Table::of(
         &found.checks,
         &[
-            ("texture", "texture", &|g| text(shape_name(g.shape))),
-            ("by", "by", &|g| text(source_name(g.source))),
+            ("texture", "texture", &|g| text(g.shape.name())),
+            ("by", "by", &|g| text(g.source.name())),
             ("clamp", "clamp", &|g| whole(g.clamp)),
             ("look-ups", "look_ups", &|g| whole(g.look_ups)),
             ("within 2^-16", "within_2^-16", &|g| whole(g.exact)),

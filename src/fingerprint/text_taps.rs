@@ -2,7 +2,7 @@
 
 use super::model::{Line, Rule};
 use super::taps::Taps;
-use super::{Fingerprint, MAP, shape_name, source_name};
+use super::{Fingerprint, MAP};
 use crate::report::table::{Cell, Table, missing, places, text, whole};
 use crate::sampler::{Shape, Source};
 
@@ -19,8 +19,8 @@ pub(super) fn filters(found: &Fingerprint) -> String {
     let table = Table::of(
         &found.filters,
         &[
-            ("texture", "", &|f| text(shape_name(f.rule.shape))),
-            ("by", "", &|f| text(source_name(f.rule.source))),
+            ("texture", "", &|f| text(f.rule.shape.name())),
+            ("by", "", &|f| text(f.rule.source.name())),
             ("clamp", "", &|f| whole(f.rule.clamp)),
             ("level of detail", "", &|f| text(f.rule.lod.name())),
             ("worst (levels)", "", &|f| power(f.lod.worst)),
@@ -30,7 +30,7 @@ pub(super) fn filters(found: &Fingerprint) -> String {
     );
     let mut shapes: Vec<String> = Vec::new();
     for Rule { shape, source, line, .. } in found.filters.iter().map(|f| f.rule) {
-        let (shape, source) = (shape_name(shape), source_name(source));
+        let (shape, source) = (shape.name(), source.name());
         let named = format!("       {shape} {source}: {}\n", line.name());
         if !shapes.contains(&named) {
             shapes.push(named);
@@ -78,7 +78,7 @@ pub(super) fn taps(found: &Fingerprint) -> String {
     let table = Table::of(
         bilinear,
         &[
-            ("texture", "", &|t| text(shape_name(t.footprint.shape))),
+            ("texture", "", &|t| text(t.footprint.shape.name())),
             ("clamp", "", &|t| whole(t.footprint.clamp)),
             ("ratio", "", &|t| whole(t.footprint.ratio)),
             ("angle (deg)", "", &|t| whole(t.footprint.degrees)),
@@ -131,7 +131,7 @@ pub(super) fn taps(found: &Fingerprint) -> String {
     let table = Table::of(
         rows,
         &[
-            ("by", "", &|(source, ..)| text(source_name(*source))),
+            ("by", "", &|(source, ..)| text(source.name())),
             ("ratio", "", &|(_, m, ..)| whole(m.footprint.ratio)),
             ("angle (deg)", "", &|(_, m, ..)| whole(m.footprint.degrees)),
             ("main level", "", &|(_, _, level, _)| whole(level)),

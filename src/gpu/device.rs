@@ -239,8 +239,7 @@ impl Gpu {
     /// # Errors
     ///
     /// More bytes than a binding may have, or than there is memory.
-    pub fn uniform<T: NoUninit>(&self, label: &str, data: &T) -> Result<wgpu::Buffer, GpuError> {
-        let bytes = bytemuck::bytes_of(data);
+    pub fn uniform(&self, label: &str, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let size = num::u64(bytes.len());
         let most = self.limits().max_uniform_buffer_binding_size;
         if size > most {
@@ -279,30 +278,13 @@ impl Gpu {
         num::usize(items.min(covered))
     }
 
-    /// Runs a kernel over `invocations`, in workgroups of `workgroup` (as its source says) along x. The buffers are
+    /// Runs a kernel over `invocations`, in workgroups of `workgroup` (as its source says) along x. The resources are
     /// bindings 0, 1, … of group 0. Invocations are rounded up to whole workgroups: the shader checks its index.
     ///
     /// # Errors
     ///
     /// More workgroups than one dispatch has, or the driver's error.
     pub fn dispatch(
-        &self,
-        kernel: &Kernel,
-        buffers: &[&wgpu::Buffer],
-        invocations: usize,
-        workgroup: u32,
-    ) -> Result<(), GpuError> {
-        let resources: Vec<wgpu::BindingResource<'_>> =
-            buffers.iter().map(|b| b.as_entire_binding()).collect();
-        self.dispatch_with(kernel, resources, invocations, workgroup)
-    }
-
-    /// As [`Gpu::dispatch`], with textures and samplers among the bindings.
-    ///
-    /// # Errors
-    ///
-    /// As [`Gpu::dispatch`].
-    pub fn dispatch_with(
         &self,
         kernel: &Kernel,
         resources: Vec<wgpu::BindingResource<'_>>,
@@ -323,24 +305,9 @@ impl Gpu {
             return Ok(());
         }
         self.guarded(&format!("dispatch of {}", kernel.label), |device, queue| {
-            let bound = bind_group(
-                device,
-                &kernel.pipeline.get_bind_group_layout(0),
-                (0u32..).zip(resources),
-            );
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
-                label: Some(&kernel.label),
-            });
-            {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some(&kernel.label),
-                    timestamp_writes: None,
-                });
-                pass.set_pipeline(&kernel.pipeline);
-                pass.set_bind_group(0, &bound, &[]);
-                pass.dispatch_workgroups(groups, 1, 1);
-            }
-            queue.submit([encoder.finish()]);
+            let layout = kernel.pipeline.get_bind_group_layout(0);
+            let bound = bind_group(device, &layout, (0u32..).zip(resources));
+            pass(device, queue, &kernel.pipeline, &bound, groups);
         })
     }
 
@@ -403,6 +370,24 @@ impl Gpu {
             staging.slice(..).get_mapped_range().map_err(|e| self.lost(doing, &e.to_string()))?;
         Ok(view.to_vec())
     }
+}
+
+/// Submits workgroups of a kernel along x.
+pub(crate) fn pass(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    pipeline: &wgpu::ComputePipeline,
+    bound: &wgpu::BindGroup,
+    groups: u32,
+) {
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bound, &[]);
+        pass.dispatch_workgroups(groups, 1, 1);
+    }
+    queue.submit([encoder.finish()]);
 }
 
 /// A group of resources by their bindings.

@@ -1,8 +1,8 @@
 //! Fragments through a kernel, in batches that fit the device's limits.
 
+use super::device::{bind_group, pass};
 use super::kernels::Kernel;
 use super::maps::Maps;
-use super::policy::Policy;
 use super::{Gpu, GpuError};
 use crate::base::num;
 
@@ -33,10 +33,6 @@ pub struct Batch {
     fragments: usize,
     bound: wgpu::BindGroup,
     output: wgpu::Buffer,
-}
-
-fn small(n: usize) -> u32 {
-    num::u32(n)
 }
 
 impl Program {
@@ -85,15 +81,8 @@ impl Program {
     /// # Errors
     ///
     /// The driver's error.
-    pub fn warm(
-        &self,
-        gpu: &Gpu,
-        maps: &Maps,
-        policy: &Policy,
-        words: Words,
-    ) -> Result<(), GpuError> {
-        let zeros = vec![0; words.input];
-        self.run(gpu, maps, policy, words, (&zeros, &[]), &|_| {}).map(|_| ())
+    pub fn warm(&self, maps: &Maps<'_>, words: Words) -> Result<(), GpuError> {
+        self.run(maps, words, (&vec![0; words.input], &[]), &|_| {}).map(|_| ())
     }
 
     /// Uploads the operands of a batch.
@@ -103,19 +92,18 @@ impl Program {
     /// More than the device takes, or the driver's error.
     pub fn upload(
         &self,
-        gpu: &Gpu,
-        maps: &Maps,
-        policy: &Policy,
+        maps: &Maps<'_>,
         words: Words,
         input: &[u32],
         steps: &[f32],
     ) -> Result<Batch, GpuError> {
+        let gpu = maps.gpu;
         let fragments = input.len() / words.input.max(1);
-        let mut policy = policy.clone();
-        policy.fragments = small(fragments);
-        policy.input_words = small(words.input);
-        policy.output_words = small(words.output);
-        let uniform = uniform(gpu, &policy.bytes())?;
+        let mut policy = maps.policy.clone();
+        policy.fragments = num::u32(fragments);
+        policy.input_words = num::u32(words.input);
+        policy.output_words = num::u32(words.output);
+        let uniform = gpu.uniform("policy", &policy.bytes())?;
         let input = gpu.upload("operands", input)?;
         let output = gpu.buffer("results", num::u64(4 * fragments * words.output))?;
         let steps = gpu.upload("steps", if steps.is_empty() { &[0.0] } else { steps })?;
@@ -129,7 +117,7 @@ impl Program {
                 maps.tables.as_entire_binding(),
                 steps.as_entire_binding(),
             ];
-            super::device::bind_group(device, &self.layout, (0u32..).zip(resources))
+            bind_group(device, &self.layout, (0u32..).zip(resources))
         })?;
         Ok(Batch { words, fragments, bound, output })
     }
@@ -140,17 +128,9 @@ impl Program {
     ///
     /// The driver's error.
     pub fn dispatch(&self, gpu: &Gpu, batch: &Batch) -> Result<(), GpuError> {
-        let groups = small(batch.fragments).div_ceil(WORKGROUP);
+        let groups = num::u32(batch.fragments).div_ceil(WORKGROUP);
         gpu.guarded(&format!("dispatch of {}", self.name), |device, queue| {
-            let mut encoder =
-                device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                pass.set_pipeline(&self.pipeline);
-                pass.set_bind_group(0, &batch.bound, &[]);
-                pass.dispatch_workgroups(groups, 1, 1);
-            }
-            queue.submit([encoder.finish()]);
+            pass(device, queue, &self.pipeline, &batch.bound, groups);
         })
     }
 
@@ -161,19 +141,17 @@ impl Program {
     /// The driver's error.
     pub fn run(
         &self,
-        gpu: &Gpu,
-        maps: &Maps,
-        policy: &Policy,
+        maps: &Maps<'_>,
         words: Words,
         (input, steps): (&[u32], &[f32]),
         done: &dyn Fn(u64),
     ) -> Result<Vec<u32>, GpuError> {
         let fragments = input.len() / words.input.max(1);
         let mut out = Vec::with_capacity(fragments * words.output);
-        for part in input.chunks(words.input * Self::batch(gpu, words)) {
-            let batch = self.upload(gpu, maps, policy, words, part, steps)?;
-            self.dispatch(gpu, &batch)?;
-            out.extend(batch.read(gpu)?);
+        for part in input.chunks(words.input * Self::batch(maps.gpu, words)) {
+            let batch = self.upload(maps, words, part, steps)?;
+            self.dispatch(maps.gpu, &batch)?;
+            out.extend(batch.read(maps.gpu)?);
             done(num::u64(part.len() / words.input));
         }
         Ok(out)
@@ -189,19 +167,6 @@ impl Batch {
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         gpu.read(&self.output, self.fragments * self.words.output)
     }
-}
-
-fn uniform(gpu: &Gpu, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
-    let buffer = gpu.guarded("the policy", |device, _| {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("policy"),
-            size: num::u64(bytes.len()),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    })?;
-    gpu.write(&buffer, bytes)?;
-    Ok(buffer)
 }
 
 /// Bindings 0, 1, … of `kernels/ports.wgsl`.

@@ -1,13 +1,20 @@
-//! Maps on the device: colours and distances as array textures, tables as storage buffers.
+//! Maps on the device: colours and distances as array textures, tables as storage buffers, and the policy that knows
+//! their sizes.
 
+use super::policy::{Policy, Tables};
 use super::{Gpu, GpuError};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
+use crate::settings::Settings;
 
-/// The maps and tables that kernels read in addition to their operands.
-pub struct Maps {
+/// What kernels read in addition to their operands: maps, tables, and the uniform that says how large they are.
+pub struct Maps<'a> {
+    /// The device.
+    pub gpu: &'a Gpu,
+    /// The uniform.
+    pub policy: Policy,
     pub(super) texels: wgpu::TextureView,
     pub(super) distances: wgpu::TextureView,
     pub(super) tables: wgpu::Buffer,
@@ -21,27 +28,26 @@ struct Layer {
     bytes: Vec<u8>,
 }
 
-fn small(n: usize) -> u32 {
-    num::u32(n)
-}
-
 fn wide(texels: &[[f32; 3]]) -> Vec<u8> {
     let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
     texels.iter().flat_map(|t| rgba(*t)).flat_map(f32::to_le_bytes).collect()
 }
 
-impl Maps {
-    /// Nothing to read: one black texel, no walls, no tables.
+impl<'a> Maps<'a> {
+    /// The tables of some settings and no maps: one black texel, no walls.
     ///
     /// # Errors
     ///
-    /// The driver's error.
-    pub fn none(gpu: &Gpu) -> Result<Self, GpuError> {
+    /// More tables than a binding may have, or the driver's error.
+    pub fn new(gpu: &'a Gpu, settings: &Settings, tables: &Tables) -> Result<Self, GpuError> {
         let black = [Layer { level: 0, layer: 0, size: [1, 1], bytes: wide(&[[0.0; 3]]) }];
+        let words = tables.words();
         Ok(Self {
+            gpu,
+            policy: Policy::new(settings, tables),
             texels: texture(gpu, "texels", wgpu::TextureFormat::Rgba32Float, &black)?,
             distances: distances(gpu, &Distance::nothing())?,
-            tables: gpu.upload("tables", &[0.0f32])?,
+            tables: gpu.upload("tables", if words.is_empty() { &[0.0] } else { &words })?,
         })
     }
 
@@ -50,7 +56,7 @@ impl Maps {
     /// # Errors
     ///
     /// A larger map than a texture may be, or the driver's error.
-    pub fn with_cube(mut self, gpu: &Gpu, map: &CubeMap) -> Result<Self, GpuError> {
+    pub fn with_cube(mut self, map: &CubeMap) -> Result<Self, GpuError> {
         let layers: Vec<Layer> = map
             .levels
             .iter()
@@ -65,7 +71,8 @@ impl Maps {
                 })
             })
             .collect();
-        self.texels = texture(gpu, "environment", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        self.texels = texture(self.gpu, "environment", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        self.policy = self.policy.with_size([map.size(); 2], map.levels.len());
         Ok(self)
     }
 
@@ -74,7 +81,7 @@ impl Maps {
     /// # Errors
     ///
     /// As [`Maps::with_cube`].
-    pub fn with_planar(mut self, gpu: &Gpu, map: &PlanarMap) -> Result<Self, GpuError> {
+    pub fn with_planar(mut self, map: &PlanarMap) -> Result<Self, GpuError> {
         let levels = map.levels.iter().enumerate();
         let layers: Vec<Layer> = levels
             .map(|(level, from)| Layer {
@@ -84,7 +91,8 @@ impl Maps {
                 bytes: wide(&from.texels),
             })
             .collect();
-        self.texels = texture(gpu, "texture", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        self.texels = texture(self.gpu, "texture", wgpu::TextureFormat::Rgba32Float, &layers)?;
+        self.policy = self.policy.with_size(map.size(), map.levels.len());
         Ok(self)
     }
 
@@ -93,32 +101,17 @@ impl Maps {
     /// # Errors
     ///
     /// As [`Maps::with_cube`].
-    pub fn with_distance(mut self, gpu: &Gpu, distance: &Distance) -> Result<Self, GpuError> {
-        self.distances = distances(gpu, distance)?;
-        Ok(self)
-    }
-
-    /// With the tables of a policy.
-    ///
-    /// # Errors
-    ///
-    /// More than a binding may have, or the driver's error.
-    pub fn with_tables(mut self, gpu: &Gpu, tables: &[f32]) -> Result<Self, GpuError> {
-        if !tables.is_empty() {
-            self.tables = gpu.upload("tables", tables)?;
-        }
+    pub fn with_distance(mut self, distance: &Distance) -> Result<Self, GpuError> {
+        self.distances = distances(self.gpu, distance)?;
+        self.policy = self.policy.with_distance(distance);
         Ok(self)
     }
 }
 
 fn distances(gpu: &Gpu, distance: &Distance) -> Result<wgpu::TextureView, GpuError> {
-    let nothing = Distance::nothing();
-    let cube = match (distance, &nothing) {
-        (Distance::Cube(cube), _)
-        | (Distance::Box(_) | Distance::Sphere(_), Distance::Cube(cube)) => cube,
-        (Distance::Box(_) | Distance::Sphere(_), Distance::Box(_) | Distance::Sphere(_)) => {
-            return Maps::none(gpu).map(|maps| maps.distances);
-        }
+    let Distance::Cube(cube) = distance else {
+        // Walls that a formula gives have no texels.
+        return distances(gpu, &Distance::nothing());
     };
     let shown = |x: f32| if x.is_finite() { x } else { -1.0 };
     let faces = cube.texels.chunks(cube.size * cube.size).enumerate();
@@ -142,7 +135,7 @@ fn texture(
 ) -> Result<wgpu::TextureView, GpuError> {
     let size = layers.first().map_or([1, 1], |l| l.size);
     let most = gpu.limits().max_texture_dimension_2d;
-    let largest = small(size[0].max(size[1]));
+    let largest = num::u32(size[0].max(size[1]));
     if largest > most {
         return Err(GpuError::TooLarge {
             what: format!("texture {label}"),
@@ -151,10 +144,10 @@ fn texture(
             most: most.into(),
         });
     }
-    let count = |of: fn(&Layer) -> usize| small(layers.iter().map(of).max().unwrap_or(0) + 1);
+    let count = |of: fn(&Layer) -> usize| num::u32(layers.iter().map(of).max().unwrap_or(0) + 1);
     let extent = wgpu::Extent3d {
-        width: small(size[0]),
-        height: small(size[1]),
+        width: num::u32(size[0]),
+        height: num::u32(size[1]),
         depth_or_array_layers: count(|l| l.layer),
     };
     let made = gpu.guarded(&format!("texture {label}"), |device, queue| {
@@ -180,19 +173,19 @@ fn texture(
 }
 
 fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: &Layer) {
-    let [columns, rows] = layer.size.map(small);
+    let [columns, rows] = layer.size.map(num::u32);
     let row = layer.bytes.len() / layer.size[1].max(1);
     queue.write_texture(
         wgpu::TexelCopyTextureInfo {
             texture,
-            mip_level: small(layer.level),
-            origin: wgpu::Origin3d { x: 0, y: 0, z: small(layer.layer) },
+            mip_level: num::u32(layer.level),
+            origin: wgpu::Origin3d { x: 0, y: 0, z: num::u32(layer.layer) },
             aspect: wgpu::TextureAspect::All,
         },
         &layer.bytes,
         wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(small(row)),
+            bytes_per_row: Some(num::u32(row)),
             rows_per_image: Some(rows),
         },
         wgpu::Extent3d { width: columns, height: rows, depth_or_array_layers: 1 },

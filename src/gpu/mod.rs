@@ -16,7 +16,7 @@
 //! let pipeline = gpu.compute("double", &module, "main")?;
 //! let from = gpu.upload("from", &[1.0f32, 2.0, 3.0])?;
 //! let to = gpu.buffer("to", 3 * 4)?;
-//! gpu.dispatch(&pipeline, &[&from, &to], 3, 64)?;
+//! gpu.dispatch(&pipeline, vec![from.as_entire_binding(), to.as_entire_binding()], 3, 64)?;
 //! assert_eq!(gpu.read::<f32>(&to, 3)?, [2.0, 4.0, 6.0]);
 //! # Ok::<(), tapline::gpu::GpuError>(())
 //! ```

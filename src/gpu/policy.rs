@@ -5,9 +5,7 @@
 use std::fmt::Write as _;
 
 use crate::base::num;
-use crate::cube::CubeMap;
 use crate::distance::Distance;
-use crate::planar::PlanarMap;
 use crate::policy::{HitStatus, Legal, Place, Policy as Knobs, ROWS, Row};
 use crate::scene::tex::camera::{Camera, Lens};
 use crate::settings::Settings;
@@ -199,10 +197,6 @@ fn row(v: [f64; 3], last: f64) -> [f32; 4] {
     [v[0], v[1], v[2], last].map(to_f32)
 }
 
-fn small(n: usize) -> u32 {
-    num::u32(n)
-}
-
 /// Numbers that a float engine makes of a unit's tables: probe weights and the angle table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tables {
@@ -248,8 +242,8 @@ impl Policy {
             size_y: 1,
             levels: 1,
             angled: !tables.angles.is_empty(),
-            angles: small(tables.weights.len()),
-            boundaries: small(tables.boundaries),
+            angles: num::u32(tables.weights.len()),
+            boundaries: num::u32(tables.boundaries),
             angle_order: tables.angle_order,
             tan_step: tables.tan_step,
             tau: knobs.hit.tolerance_bits.map_or(0.0, tau),
@@ -261,23 +255,11 @@ impl Policy {
         }
     }
 
-    /// With a cube map of colours.
-    #[must_use]
-    pub fn with_cube(self, map: &CubeMap) -> Self {
-        self.with_size([map.size(); 2], map.levels.len())
-    }
-
-    /// With a 2-D texture.
-    #[must_use]
-    pub fn with_planar(self, map: &PlanarMap) -> Self {
-        self.with_size(map.size(), map.levels.len())
-    }
-
     /// With a chain of `levels` whose level 0 has `size` texels.
     #[must_use]
     pub fn with_size(mut self, size: [usize; 2], levels: usize) -> Self {
-        [self.size_x, self.size_y] = size.map(small);
-        self.levels = small(levels).max(1);
+        [self.size_x, self.size_y] = size.map(num::u32);
+        self.levels = num::u32(levels).max(1);
         self
     }
 
@@ -287,7 +269,7 @@ impl Policy {
         match distance {
             Distance::Cube(cube) => {
                 self.distance_kind = 0;
-                self.distance_size = small(cube.size);
+                self.distance_size = num::u32(cube.size);
             }
             Distance::Box(half_edges) => {
                 self.distance_kind = 1;

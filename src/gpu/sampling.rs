@@ -218,7 +218,7 @@ impl<'a> DeviceSampler<'a> {
                 wgpu::BindingResource::Sampler(&self.samplers[&state]),
             ];
             let kernel = &self.kernels[&(shape, source)];
-            self.gpu.dispatch_with(kernel, resources, queries.len(), WORKGROUP)?;
+            self.gpu.dispatch(kernel, resources, queries.len(), WORKGROUP)?;
             colors.extend(self.gpu.read::<[f32; 4]>(&out, queries.len())?);
         }
         Ok(colors)

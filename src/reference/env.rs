@@ -4,7 +4,7 @@ use super::address::{Address, address};
 use super::bump::bump;
 use super::covariance::covariance;
 use super::cube_face::cube_face;
-use super::eigen::eigen;
+use super::eigen::{Axes, eigen};
 use super::filter::{Levels, filter};
 use super::flags::{Flag, Flags};
 use super::footprint::{Chain, Footprint, footprint};
@@ -78,7 +78,7 @@ pub fn env<T: Tap>(
     tap: &mut T,
 ) -> Env {
     let mut flags = Flags::default();
-    let fragment = cleaned(fragment, &mut flags);
+    let fragment = cleaned(*fragment, &mut flags);
     let mut front = None;
     if ordinary(prepared, &fragment) {
         let quick = run_front::<f64, _>(prepared, &fragment, flags, &mut NoTap);
@@ -149,37 +149,24 @@ pub(super) fn back_end<T: Tap>(
 
 /// The fragment with finite numbers, and with +0 for −0.
 #[inline]
-fn cleaned(fragment: &Fragment, flags: &mut Flags) -> Fragment {
+fn cleaned(mut fragment: Fragment, flags: &mut Flags) -> Fragment {
     let mut changed = false;
-    let clean = Fragment {
-        v: clean(fragment.v, &mut changed),
-        n: clean(fragment.n, &mut changed),
-        dv_dx: clean(fragment.dv_dx, &mut changed),
-        dv_dy: clean(fragment.dv_dy, &mut changed),
-        dn_dx: clean(fragment.dn_dx, &mut changed),
-        dn_dy: clean(fragment.dn_dy, &mut changed),
-        h: fragment.h.map(|h| clean(h, &mut changed)),
-        bump: fragment.bump.map(|b| clean(b, &mut changed)),
-        rough: fragment.rough.map(|d| clean(d, &mut changed)),
-    };
+    fragment.for_each(|x| clean(x, &mut changed));
     if changed {
         flags.insert(Flag::NonFinite);
     }
-    clean
+    fragment
 }
 
-/// The values as finite numbers.
+/// Makes a number finite.
 #[inline]
-pub(super) fn clean<const N: usize>(mut values: [f64; N], changed: &mut bool) -> [f64; N] {
-    for value in &mut values {
-        if value.is_finite() {
-            *value += 0.0;
-        } else {
-            *value = finite(*value).0;
-            *changed = true;
-        }
+pub(super) fn clean(value: &mut f64, changed: &mut bool) {
+    if value.is_finite() {
+        *value += 0.0;
+    } else {
+        *value = finite(*value).0;
+        *changed = true;
     }
-    values
 }
 
 /// Whether plain doubles can neither overflow nor underflow to any effect.
@@ -246,14 +233,8 @@ fn run_front<R: Real, T: Tap>(
         roughness(&surface, &frame, vector(d), scale, rotation, tap)
     });
     let b = rough.as_ref().map(|rough| &rough.b);
-    let k = covariance(&jacobian.d, b, tap);
-    let axes = eigen(
-        k,
-        [Some(&jacobian.d), b],
-        (settings.policy.footprint.axis, settings.policy.eigen.minor),
-        prepared.angles(),
-        tap,
-    );
+    let d = (&jacobian.d, Flag::DerivativesSaturated);
+    let (k, axes) = ellipse(prepared, d, b, &mut flags, tap);
 
     let exact = trusted(
         k,
@@ -265,16 +246,6 @@ fn run_front<R: Real, T: Tap>(
         // A matrix that is no rotation may cancel what it is applied to.
         largest(reflection.v_r) * facing.inv_ma < R::from_f64(4096.0)
     });
-    let beyond = |values: &[R]| values.iter().any(|x| x.is_beyond_range());
-    for (values, flag) in [
-        (jacobian.d.as_flattened(), Flag::DerivativesSaturated),
-        (&k, Flag::CovarianceSaturated),
-        (&axes.lambda, Flag::LambdaSaturated),
-    ] {
-        if beyond(values) {
-            flags.insert(flag);
-        }
-    }
     Front {
         centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
         d: jacobian.d.map(|row| row.map(R::to_f64)),
@@ -284,6 +255,31 @@ fn run_front<R: Real, T: Tap>(
         flags,
         exact,
     }
+}
+
+/// K of D and of B', where there is one, and its axes; `saturated` says that D left the doubles.
+#[inline]
+pub(super) fn ellipse<R: Real, T: Tap>(
+    prepared: &Prepared,
+    (d, saturated): (&[[R; 2]; 2], Flag),
+    rough: Option<&[[R; 2]; 2]>,
+    flags: &mut Flags,
+    tap: &mut T,
+) -> ([R; 3], Axes<R>) {
+    let policy = &prepared.settings().policy;
+    let k = covariance(d, rough, tap);
+    let choices = (policy.footprint.axis, policy.eigen.minor);
+    let axes = eigen(k, [Some(d), rough], choices, prepared.angles(), tap);
+    for (values, flag) in [
+        (d.as_flattened(), saturated),
+        (&k, Flag::CovarianceSaturated),
+        (&axes.lambda, Flag::LambdaSaturated),
+    ] {
+        if values.iter().any(|x| x.is_beyond_range()) {
+            flags.insert(flag);
+        }
+    }
+    (k, axes)
 }
 
 /// Whether K is as exact as promised in plain doubles.

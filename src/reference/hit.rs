@@ -67,8 +67,8 @@ pub fn hit<T: Tap>(
     let policy = &prepared.settings().policy.hit;
     let mut flags = Flags::default();
     let mut changed = false;
-    let x = clean(fragment.x, &mut changed);
-    let direction = clean(fragment.r, &mut changed);
+    let HitFragment { mut x, r: mut direction, .. } = *fragment;
+    x.iter_mut().chain(&mut direction).for_each(|x| clean(x, &mut changed));
     if fragment.cone.is_some_and(|cone| cone.iter().any(|c| !c.is_finite())) {
         changed = true;
     }
@@ -187,8 +187,8 @@ pub fn hit_env<T: Tap>(
     tap: &mut T,
 ) -> HitEnv {
     let hit = hit(prepared, distance, fragment, tap);
-    let env = fragment.cone.map(|cone| {
-        let cone = clean(cone, &mut false);
+    let env = fragment.cone.map(|mut cone| {
+        cone.iter_mut().for_each(|x| clean(x, &mut false));
         footprint::env(prepared, distance, &hit, cone, face_size, texture, tap)
     });
     HitEnv { hit, env }

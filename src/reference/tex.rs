@@ -1,9 +1,7 @@
 //! The TEX operation: the stages wired together.
 
 use super::address::Address;
-use super::covariance::covariance;
-use super::eigen::eigen;
-use super::env::clean;
+use super::env::{clean, ellipse};
 use super::filter::{Levels, Sampler as _, filter};
 use super::flags::{Flag, Flags};
 use super::footprint::{Chain, Footprint, footprint};
@@ -13,7 +11,7 @@ use super::real::{Real as _, saturate};
 use super::surface_footprint::surface_footprint;
 use super::tap::Tap;
 use super::wide::Wide;
-use crate::fragment::{Tangents, TexFragment};
+use crate::fragment::TexFragment;
 use crate::stage::Stage;
 
 /// The unit's result for a texture request. Every number is finite.
@@ -57,27 +55,12 @@ pub fn tex<T: Tap>(
 ) -> Tex {
     let settings = prepared.settings();
     let mut flags = Flags::default();
-    let fragment = cleaned(fragment, width, &mut flags);
+    let fragment = cleaned(*fragment, width, &mut flags);
     let size = texture.map_or(size, |texture| texture.level_size(0)).map(|n| n.max(1));
     let width = Wide::from_f64(finite(width).0);
     let surface = surface_footprint(&fragment, width, size, &settings.policy, &mut flags, tap);
-    let k = covariance(&surface.d, None, tap);
-    let axes = eigen(
-        k,
-        [Some(&surface.d), None],
-        (settings.policy.footprint.axis, settings.policy.eigen.minor),
-        prepared.angles(),
-        tap,
-    );
-    for (values, flag) in [
-        (surface.d.as_flattened(), Flag::SurfSaturated),
-        (&k, Flag::CovarianceSaturated),
-        (&axes.lambda, Flag::LambdaSaturated),
-    ] {
-        if values.iter().any(|x| x.is_beyond_range()) {
-            flags.insert(flag);
-        }
-    }
+    let d = (&surface.d, Flag::SurfSaturated);
+    let (k, axes) = ellipse(prepared, d, None, &mut flags, tap);
     let lambda = axes.lambda.map(|x| x.to_f64());
     // λ counts in texels: 2 texels are 2.
     let chain = Chain { size: 2, levels: size[0].max(size[1]).ilog2() as usize + 1 };
@@ -155,25 +138,11 @@ pub fn point(
 }
 
 /// The request with finite numbers, and with +0 for −0.
-fn cleaned(fragment: &TexFragment, width: f64, flags: &mut Flags) -> TexFragment {
+fn cleaned(mut fragment: TexFragment, width: f64, flags: &mut Flags) -> TexFragment {
     let mut changed = !width.is_finite();
-    let out = TexFragment {
-        d: clean(fragment.d, &mut changed),
-        n: clean(fragment.n, &mut changed),
-        tangents: match fragment.tangents {
-            Tangents::Surface { dp_ds, dp_dt } => Tangents::Surface {
-                dp_ds: clean(dp_ds, &mut changed),
-                dp_dt: clean(dp_dt, &mut changed),
-            },
-            Tangents::Triangle { edges, st } => Tangents::Triangle {
-                edges: edges.map(|v| clean(v, &mut changed)),
-                st: st.map(|v| clean(v, &mut changed)),
-            },
-        },
-        st: clean(fragment.st, &mut changed),
-    };
+    fragment.for_each(|x| clean(x, &mut changed));
     if changed {
         flags.insert(Flag::SurfNotFinite);
     }
-    out
+    fragment
 }

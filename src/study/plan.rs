@@ -11,6 +11,7 @@ use super::axis::{Axis, Values};
 use super::measures::{COLUMNS, names};
 use super::read::Reader;
 use crate::base::hash::{hash_text, text_hash};
+use crate::base::named::named;
 use crate::base::num;
 use crate::conformance::suite::matches;
 use crate::engine::EngineKind;
@@ -20,31 +21,17 @@ use crate::scene::registry::find;
 use crate::unit::knobs::Value;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
-/// How points come from axes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Every combination.
-    Grid,
-    /// The first values of all axes, then the second ones, and so on.
-    Zip,
-    /// The unit itself, then every value of every axis alone.
-    OneAtATime,
-    /// A number of points, each with a value of every axis drawn from the seed.
-    Random,
-}
-
-impl Mode {
-    const ALL: [(&'static str, Self); 4] = [
-        ("grid", Self::Grid),
-        ("zip", Self::Zip),
-        ("one-at-a-time", Self::OneAtATime),
-        ("random", Self::Random),
-    ];
-
-    /// The literal in a study file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, m)| *m == self).map_or("", |(n, _)| *n)
+named! {
+    /// How points come from axes.
+    pub enum Mode {
+        /// Every combination.
+        Grid = "grid",
+        /// The first values of all axes, then the second ones, and so on.
+        Zip = "zip",
+        /// The unit itself, then every value of every axis alone.
+        OneAtATime = "one-at-a-time",
+        /// A number of points, each with a value of every axis drawn from the seed.
+        Random = "random",
     }
 }
 
@@ -154,12 +141,9 @@ impl Plan {
         for (entry, offset) in r.tables(root, "axis")? {
             axes.push(Axis::read(&r, entry, offset, &unit)?);
         }
-        let mode = match r.literal(root, "mode", &Mode::ALL.map(|(n, _)| n))? {
-            None => Mode::Grid,
-            Some(name) => {
-                Mode::ALL.iter().find(|(n, _)| *n == name).map_or(Mode::Grid, |(_, m)| *m)
-            }
-        };
+        let named = r.literal(root, "mode", &Mode::ALL.map(Mode::name))?;
+        let mode = Mode::ALL.into_iter().find(|mode| Some(mode.name()) == named);
+        let mode = mode.unwrap_or(Mode::Grid);
         let count = r.whole(root, "count", 1, MOST_POINTS)?;
         if (mode == Mode::Random) != count.is_some() {
             let found = if count.is_some() { "a count" } else { "none" };

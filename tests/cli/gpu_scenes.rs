@@ -83,12 +83,16 @@ fn pairs_follow_the_ladder_and_a_bounded_pair_is_there_though_it_is_not_adjacent
 fn a_map_beyond_the_limits_is_refused_with_the_limit_s_name() {
     on_gpu(|gpu| {
         use tapline::cube::{CubeLevel, CubeMap};
+        use tapline::gpu::maps::Maps;
+        use tapline::gpu::policy::Tables;
+        use tapline::settings::Settings;
         let size = 8193;
         let texels = vec![[0.0f32; 3]; size];
         // Only the edge counts: the map is refused before a texel is read.
         let map = CubeMap { levels: vec![CubeLevel { size, texels }] };
-        let maps = tapline::gpu::maps::Maps::none(gpu).expect("a device");
-        let refused = maps.with_cube(gpu, &map).err().map(|e| e.to_string());
+        let (settings, tables) = (Settings::default(), Tables::default());
+        let maps = Maps::new(gpu, &settings, &tables).expect("a device");
+        let refused = maps.with_cube(&map).err().map(|e| e.to_string());
         let words = refused.unwrap_or_default();
         assert!(words.contains("maxTextureDimension2D"), "{words}");
     });

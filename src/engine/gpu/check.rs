@@ -20,11 +20,12 @@ pub use hit::check_hit;
 pub use tex::{Requests, check_requests, check_tex};
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use super::bounded::{Bounded, EPSILON};
+use crate::gpu::GpuError;
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Kernel, Register};
-use crate::gpu::{Gpu, GpuError};
 use crate::stage::Stage;
 
 /// Fragments whose operands are put together before the kernels run.
@@ -183,18 +184,14 @@ fn exactly(x: u32) -> Expected {
 /// The expected words of a case's results, from the case's index, its operands and the results themselves.
 type FromResults<'a> = &'a dyn Fn(usize, &[u32], &[u32]) -> Vec<Expected>;
 
-/// Where checks of a scene run.
-struct Checker<'a> {
-    gpu: &'a Gpu,
+/// The kernels of a scene's checks, and what they found.
+#[derive(Default)]
+struct Checker {
     programs: HashMap<Kernel, Program>,
     found: StageChecks,
 }
 
-impl<'a> Checker<'a> {
-    fn new(gpu: &'a Gpu) -> Self {
-        Self { gpu, programs: HashMap::new(), found: StageChecks::default() }
-    }
-
+impl Checker {
     /// Runs the cases of a stage with the maps and the policy of `back`; `from_results` says what follows from the device's
     /// own results.
     fn stage(
@@ -211,13 +208,10 @@ impl<'a> Checker<'a> {
             Words { input: first.operands.len(), output: registers.iter().map(|r| r.words).sum() };
         let input: Vec<u32> = cases.iter().flat_map(|c| c.operands.iter().copied()).collect();
         let program = match self.programs.entry(kernel) {
-            std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
-            std::collections::hash_map::Entry::Vacant(entry) => {
-                entry.insert(Program::new(self.gpu, kernel)?)
-            }
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => entry.insert(Program::new(back.maps.gpu, kernel)?),
         };
-        let (maps, policy) = (&back.maps, &back.policy);
-        let results = program.run(self.gpu, maps, policy, words, (&input, &[]), &|_| {})?;
+        let results = program.run(&back.maps, words, (&input, &[]), &|_| {})?;
         let stage = match kernel {
             Kernel::Stage(stage) => stage,
             Kernel::FilterPlanar | Kernel::Fused(_) => Stage::Filter,

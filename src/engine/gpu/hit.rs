@@ -2,24 +2,23 @@
 
 use std::time::Instant;
 
-use super::{Filtered, GpuEngine, Operands, Reports, bit, flag_names, tables};
+use super::{Filtered, GpuEngine, Loaded, Operands, Reports, bit, flag_names, tables};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::engine::hit::HitResult;
 use crate::engine::{Engine, HitJob, Progress, Rendering};
 use crate::fragment::HitFragment;
-use crate::gpu::dispatch::{Program, Words};
-use crate::gpu::kernels::{Fused, Kernel};
+use crate::gpu::dispatch::Words;
+use crate::gpu::kernels::Fused;
 use crate::gpu::maps::Maps;
-use crate::gpu::policy::Policy;
 use crate::gpu::{Gpu, GpuError};
 use crate::policy::HitStatus;
 use crate::reference::Flag;
 use crate::settings::Settings;
 
 /// Words of HIT's operands and results.
-pub const HIT_WORDS: Words = Words { input: 9, output: Filtered::WORDS + 7 };
+const HIT_WORDS: Words = Words { input: 9, output: Filtered::WORDS + 7 };
 
 /// How a search ended, by the shader's number.
 pub const STATUS: [HitStatus; 6] = [
@@ -32,12 +31,7 @@ pub const STATUS: [HitStatus; 6] = [
 ];
 
 /// The HIT operation's kernel with its maps.
-pub struct GpuHit<'a> {
-    pub(super) gpu: &'a Gpu,
-    pub(super) program: Program,
-    pub(super) maps: Maps,
-    pub(super) policy: Policy,
-}
+pub struct GpuHit<'a>(Loaded<'a>);
 
 /// A ray's words.
 pub fn encode(operands: &mut Operands, ray: &HitFragment) {
@@ -71,21 +65,14 @@ impl<'a> GpuHit<'a> {
         map: Option<&CubeMap>,
         face_size: usize,
     ) -> Result<Self, GpuError> {
-        let tables = tables(settings);
-        let policy = Policy::new(settings, &tables).with_distance(distance);
-        let mut maps =
-            Maps::none(gpu)?.with_distance(gpu, distance)?.with_tables(gpu, &tables.words())?;
-        let policy = if let Some(map) = map {
-            maps = maps.with_cube(gpu, map)?;
-            policy.with_cube(map)
+        let mut maps = Maps::new(gpu, settings, &tables(settings))?.with_distance(distance)?;
+        if let Some(map) = map {
+            maps = maps.with_cube(map)?;
         } else {
             let size = face_size.max(1);
-            policy.with_size([size; 2], size.ilog2() as usize + 1)
-        };
-        let out =
-            Self { program: Program::new(gpu, Kernel::Fused(Fused::Hit))?, maps, policy, gpu };
-        out.program.warm(gpu, &out.maps, &out.policy, HIT_WORDS)?;
-        Ok(out)
+            maps.policy = maps.policy.with_size([size; 2], size.ilog2() as usize + 1);
+        }
+        Ok(Self(Loaded::new(Fused::Hit, maps, HIT_WORDS)?))
     }
 
     /// Every ray's result, in order.
@@ -116,34 +103,17 @@ impl<'a> GpuHit<'a> {
         for ray in rays {
             encode(&mut operands, ray);
         }
-        let words = self.program.run(
-            self.gpu,
-            &self.maps,
-            &self.policy,
-            HIT_WORDS,
-            (&operands.words, &[]),
-            &|n| progress(n),
-        )?;
-        let mut reports = Reports::default();
-        let results = words.chunks_exact(HIT_WORDS.output).zip(rays).zip(&operands.flags);
-        let results = results
-            .zip(pixels)
-            .map(|(((words, ray), flags), pixel)| {
-                let filtered = Filtered::of(words);
-                let flags = filtered.flags | flags;
-                reports.add(flags, *pixel);
-                result(filtered, flags, &words[Filtered::WORDS..], ray)
-            })
-            .collect();
-        Ok((results, reports))
+        let cones = &mut rays.iter().map(|ray| ray.cone.is_some());
+        self.0.run(&operands, pixels.iter().copied(), progress, |filtered, words| {
+            result(filtered, words, cones.next() == Some(true))
+        })
     }
 }
 
-fn result(filtered: Filtered, flags: u32, words: &[u32], ray: &HitFragment) -> HitResult {
+fn result(filtered: Filtered, words: &[u32], has_cone: bool) -> HitResult {
     let number = |i: usize| f64::from(f32::from_bits(words[i]));
     let status = STATUS[num::usize(words[5]).min(5)];
-    let iterations = words[4];
-    let cone = ray.cone.is_some();
+    let (iterations, flags) = (words[4], filtered.flags);
     HitResult {
         d: if status == HitStatus::Escaped { f64::INFINITY } else { number(0) },
         l: [number(1), number(2), number(3)],
@@ -152,7 +122,7 @@ fn result(filtered: Filtered, flags: u32, words: &[u32], ray: &HitFragment) -> H
         ratio: (iterations > 0).then(|| number(6)),
         color: filtered.color,
         probes: filtered.probes,
-        texels: if cone { filtered.texels() } else { 0 },
+        texels: if has_cone { filtered.texels() } else { 0 },
         overshot: flags & bit(Flag::HitOvershoot) != 0,
         flags: flag_names(flags).into_iter().map(String::from).collect(),
     }

@@ -13,7 +13,7 @@ use crate::fragment::{Tangents, TexFragment};
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Fused, Kernel};
 use crate::gpu::maps::Maps;
-use crate::gpu::policy::{Policy, to_f32};
+use crate::gpu::policy::to_f32;
 use crate::gpu::{Gpu, GpuError};
 use crate::policy::Wrap;
 use crate::reference::Flag;
@@ -22,27 +22,20 @@ use crate::scene::tex::path::Event;
 use crate::settings::Settings;
 
 /// Words of TEX's operands and results.
-pub const TEX_WORDS: Words = Words { input: 24, output: Filtered::WORDS };
+const TEX_WORDS: Words = Words { input: 24, output: Filtered::WORDS };
 /// Words of a bare cone's operands and results.
-pub const SKY_WORDS: Words = Words { input: 8, output: Filtered::WORDS };
+const SKY_WORDS: Words = Words { input: 8, output: Filtered::WORDS };
 /// Words of a step in the buffer of steps.
 const STEP_WORDS: usize = 4;
 /// Requests that a block of rows aims at.
 const BLOCK: u64 = 1 << 17;
 
-/// A map with the policy that knows its size.
-struct Memory {
-    maps: Maps,
-    policy: Policy,
-}
-
 /// The TEX operation's kernels with the maps of a scene.
 pub struct GpuTex<'a> {
-    gpu: &'a Gpu,
     tex: Program,
     sky: Program,
-    textures: Vec<Memory>,
-    environment: Memory,
+    textures: Vec<Maps<'a>>,
+    environment: Maps<'a>,
     /// Address modes beyond the textures' edges.
     wrap: [Wrap; 2],
 }
@@ -151,44 +144,24 @@ impl<'a> GpuTex<'a> {
     /// A map beyond the device's limits, or the driver's error.
     pub fn new(gpu: &'a Gpu, settings: &Settings, subject: &TexJob) -> Result<Self, GpuError> {
         let tables = tables(settings);
-        let policy = Policy::new(settings, &tables).with_camera(&subject.scene.camera);
-        let words = tables.words();
-        let maps = || Maps::none(gpu)?.with_tables(gpu, &words);
-        let textures = subject
-            .scene
-            .textures
-            .iter()
-            .map(|map| {
-                Ok(Memory {
-                    maps: maps()?.with_planar(gpu, map)?,
-                    policy: policy.clone().with_planar(map),
-                })
-            })
-            .collect::<Result<_, GpuError>>()?;
-        let environment = Memory {
-            maps: maps()?.with_cube(gpu, &subject.sky)?,
-            policy: policy.clone().with_cube(&subject.sky),
+        let maps = || -> Result<Maps<'a>, GpuError> {
+            let mut maps = Maps::new(gpu, settings, &tables)?;
+            maps.policy = maps.policy.with_camera(&subject.scene.camera);
+            Ok(maps)
         };
+        let textures = subject.scene.textures.iter();
         let out = Self {
             tex: Program::new(gpu, Kernel::Fused(Fused::Tex))?,
             sky: Program::new(gpu, Kernel::Fused(Fused::Sky))?,
-            textures,
-            environment,
+            textures: textures.map(|map| maps()?.with_planar(map)).collect::<Result<_, _>>()?,
+            environment: maps()?.with_cube(&subject.sky)?,
             wrap: settings.policy.address.wrap(),
-            gpu,
         };
         if let Some(texture) = out.textures.first() {
-            out.tex.warm(gpu, &texture.maps, &texture.policy, TEX_WORDS)?;
+            out.tex.warm(texture, TEX_WORDS)?;
         }
-        let environment = &out.environment;
-        out.sky.warm(gpu, &environment.maps, &environment.policy, SKY_WORDS)?;
+        out.sky.warm(&out.environment, SKY_WORDS)?;
         Ok(out)
-    }
-
-    /// Rows whose requests go to the device together.
-    fn rows_of_a_block(&self, requests: u64, rows: usize) -> usize {
-        let a_row = (requests / num::u64(rows).max(1)).max(1);
-        num::usize((BLOCK / a_row).max(1))
     }
 
     /// The requests of some rows; `found` gets the row, the request and its result, flags of its operands included.
@@ -208,7 +181,7 @@ impl<'a> GpuTex<'a> {
             .collect();
         let kinds = (0..self.textures.len()).map(Some).chain([None]);
         for texture in kinds {
-            let (program, memory, words) = match texture {
+            let (program, maps, words) = match texture {
                 Some(index) => (&self.tex, &self.textures[index], TEX_WORDS),
                 None => (&self.sky, &self.environment, SKY_WORDS),
             };
@@ -221,16 +194,14 @@ impl<'a> GpuTex<'a> {
             let mut operands = Operands::new(Flag::SurfNotFinite);
             for (y, request) in &asked {
                 let asked = &request.asked;
-                let whole = |n: usize| num::u32(n);
                 operands.begin();
                 operands.numbers(&asked.direction);
-                operands.word(whole(starts[*y] + asked.first));
-                operands.word(whole(asked.count));
+                operands.word(num::u32(starts[*y] + asked.first));
+                operands.word(num::u32(asked.count));
                 operands.words.extend_from_slice(&asked.operands);
             }
-            let (policy, maps) = (&memory.policy, &memory.maps);
             let input = (operands.words.as_slice(), steps.as_slice());
-            let results = program.run(self.gpu, maps, policy, words, input, &|_| {})?;
+            let results = program.run(maps, words, input, &|_| {})?;
             for (words, (y, request)) in results.chunks_exact(words.output).zip(asked) {
                 let mut filtered = Filtered::of(words);
                 filtered.flags |= request.asked.flags;
@@ -246,7 +217,8 @@ impl Engine<TexJob> for GpuEngine<'_> {
     fn render(&self, job: &TexJob, progress: Progress<'_>) -> Result<Rendering, GpuError> {
         let engine = GpuTex::new(self.gpu, &self.settings, job)?;
         let (width, height) = (job.scene.width, job.scene.height);
-        let block = engine.rows_of_a_block(job.requests, height);
+        let a_row = (job.requests / num::u64(height).max(1)).max(1);
+        let block = num::usize((BLOCK / a_row).max(1));
         let mut rows: Vec<Row> = Vec::with_capacity(height);
         let mut reports = Reports::default();
         let mut seconds = 0.0;

@@ -50,7 +50,6 @@ pub(super) fn dot(at: [f64; 2], radius: f64, class: &str, row: &str, title: &str
 
 /// Width and height of a chart.
 pub(super) const CHART: [f64; 2] = [520.0, 330.0];
-const RIGHT: f64 = CHART[0] - 14.0;
 const TOP: f64 = 30.0;
 const BASE: f64 = CHART[1] - 52.0;
 
@@ -76,8 +75,11 @@ impl Axes {
         // The name of the axis, then the longest number.
         let longest = rows.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
         let left = (30.0 + 6.5 * longest as f64).max(62.0);
-        let x = Scale::new(xs, log, left, RIGHT);
+        let mut x = Scale::new(xs, log, left, CHART[0]);
         let columns = names.unwrap_or_else(|| x.ticks());
+        // Half of the last number may stand under the end of the axis.
+        let last = columns.last().map_or(0, |(_, text)| text.chars().count());
+        x.to -= (3.5 * last as f64).max(14.0);
         Self { x, y, columns, rows }
     }
 
@@ -88,19 +90,19 @@ impl Axes {
 
     /// Grid, numbers, names.
     pub(super) fn draw(&self, [x_name, y_name]: [&str; 2], title: &str) -> Markup {
-        let left = self.x.from;
+        let (left, right) = (self.x.from, self.x.to);
         let middle = f64::midpoint(TOP, BASE);
         html! {
             @for (t, text) in &self.rows {
                 @let y = self.y.at(*t);
-                (line([left, y], [RIGHT, y], "g")) (label([left - 6.0, y + 4.0], "s e", text))
+                (line([left, y], [right, y], "g")) (label([left - 6.0, y + 4.0], "s e", text))
             }
             @for (t, text) in &self.columns {
                 @let x = self.x.at(*t);
                 (line([x, TOP], [x, BASE], "g")) (label([x, BASE + 16.0], "s m", text))
             }
-            (line([left, BASE], [RIGHT, BASE], "a")) (line([left, TOP], [left, BASE], "a"))
-            (label([f64::midpoint(left, RIGHT), BASE + 38.0], "m", x_name))
+            (line([left, BASE], [right, BASE], "a")) (line([left, TOP], [left, BASE], "a"))
+            (label([f64::midpoint(left, right), BASE + 38.0], "m", x_name))
             text.m transform={ "translate(15 " (n(middle)) ") rotate(-90)" } { (y_name) }
             (label([left, 18.0], "t", title))
         }

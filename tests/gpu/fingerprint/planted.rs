@@ -6,7 +6,7 @@ use tapline::fingerprint::check::lines;
 use tapline::fingerprint::cube::{self, ties};
 use tapline::fingerprint::levels::{Log, curve, mip_weights, rho};
 use tapline::fingerprint::model::{Corner, Line, Model, Rule, Seam, Spacing};
-use tapline::fingerprint::rho::{PLANAR_RULES, PROJECTIONS};
+use tapline::fingerprint::rho::{Projection, Rho};
 use tapline::fingerprint::steps::{Rounding, Staircase, Steps, grid_bits, staircase};
 use tapline::fingerprint::taps::{Footprint, taps};
 use tapline::fingerprint::texels::{coordinates, weights};
@@ -49,7 +49,7 @@ fn fails_when_a_staircase_has_a_wrong_step() {
 
 #[test]
 fn every_rule_of_length_is_told_from_the_others() {
-    for rule in PLANAR_RULES {
+    for rule in Rho::ALL {
         let mut model = orthodox();
         model.rho = rule;
         model.octave = Log::Exact.octave();
@@ -64,9 +64,9 @@ fn every_rule_of_length_is_told_from_the_others() {
 
 #[test]
 fn every_projection_to_a_face_is_told_from_the_others() {
-    for projection in PROJECTIONS {
+    for projection in Projection::ALL {
         let mut model = orthodox();
-        let pair = (projection, PLANAR_RULES[1]);
+        let pair = (projection, Rho::ALL[1]);
         model.cube_rho = pair;
         model.octave = Log::Exact.octave();
         let ranked = cube::rho(&mut model, &Log::Exact.octave()).expect("a model does not fail");

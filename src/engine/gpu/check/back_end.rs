@@ -9,7 +9,6 @@ use crate::distance::Distance;
 use crate::engine::gpu::tables;
 use crate::gpu::kernels::Kernel;
 use crate::gpu::maps::Maps;
-use crate::gpu::policy::Policy;
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
 use crate::policy::{Axis, Weights};
@@ -28,10 +27,9 @@ enum Memory<'a> {
     Planar(PlanarTexture<'a>),
 }
 
-/// The maps and the policy that the stages run with.
+/// The maps and the settings that the stages run with.
 pub(super) struct BackEnd<'a> {
-    pub(super) maps: Maps,
-    pub(super) policy: Policy,
+    pub(super) maps: Maps<'a>,
     pub(super) settings: Settings,
     memory: Memory<'a>,
     pub(super) size: [usize; 2],
@@ -47,19 +45,20 @@ pub(super) struct FilterInput {
 }
 
 impl<'a> BackEnd<'a> {
-    fn prepared(gpu: &Gpu, settings: &Settings) -> Result<(Maps, Policy, Settings), GpuError> {
+    fn prepared(gpu: &'a Gpu, settings: &Settings) -> Result<(Maps<'a>, Settings), GpuError> {
         // The table's axis is compared in the picture; here the axis is the exact one.
         let settings = Settings { reference_table: None, ..settings.clone() };
-        let tables = tables(&settings);
-        let maps = Maps::none(gpu)?.with_tables(gpu, &tables.words())?;
-        Ok((maps, Policy::new(&settings, &tables), settings))
+        Ok((Maps::new(gpu, &settings, &tables(&settings))?, settings))
     }
 
-    pub(super) fn cube(gpu: &Gpu, settings: &Settings, map: &'a CubeMap) -> Result<Self, GpuError> {
-        let (maps, policy, settings) = Self::prepared(gpu, settings)?;
+    pub(super) fn cube(
+        gpu: &'a Gpu,
+        settings: &Settings,
+        map: &'a CubeMap,
+    ) -> Result<Self, GpuError> {
+        let (maps, settings) = Self::prepared(gpu, settings)?;
         Ok(Self {
-            maps: maps.with_cube(gpu, map)?,
-            policy: policy.with_cube(map),
+            maps: maps.with_cube(map)?,
             settings,
             memory: Memory::Cube(Texture::new(map)),
             size: [map.size(); 2],
@@ -68,15 +67,14 @@ impl<'a> BackEnd<'a> {
     }
 
     pub(super) fn planar(
-        gpu: &Gpu,
+        gpu: &'a Gpu,
         settings: &Settings,
         map: &'a PlanarMap,
     ) -> Result<Self, GpuError> {
-        let (maps, policy, settings) = Self::prepared(gpu, settings)?;
+        let (maps, settings) = Self::prepared(gpu, settings)?;
         let wrap = settings.policy.address.wrap();
         Ok(Self {
-            maps: maps.with_planar(gpu, map)?,
-            policy: policy.with_planar(map),
+            maps: maps.with_planar(map)?,
             settings,
             memory: Memory::Planar(PlanarTexture::new(map, wrap)),
             size: map.size(),
@@ -85,9 +83,8 @@ impl<'a> BackEnd<'a> {
     }
 
     /// The same with distances.
-    pub(super) fn with_distance(self, gpu: &Gpu, distance: &Distance) -> Result<Self, GpuError> {
-        let policy = self.policy.with_distance(distance);
-        Ok(Self { maps: self.maps.with_distance(gpu, distance)?, policy, ..self })
+    pub(super) fn with_distance(self, distance: &Distance) -> Result<Self, GpuError> {
+        Ok(Self { maps: self.maps.with_distance(distance)?, ..self })
     }
 
     /// The cases of a fragment from `covariance` to `footprint`; `rough` is B' where it has roughness.
@@ -146,7 +143,7 @@ impl<'a> BackEnd<'a> {
     /// Checks the stages of `cases`, then `address` and `filter`.
     pub(super) fn check(
         &self,
-        checker: &mut Checker<'_>,
+        checker: &mut Checker,
         cases: Cases,
         inputs: &[FilterInput],
     ) -> Result<(), GpuError> {
@@ -165,7 +162,7 @@ impl<'a> BackEnd<'a> {
     }
 
     /// The stage `address` on a cube: one case a probe.
-    fn addresses(&self, checker: &mut Checker<'_>, inputs: &[FilterInput]) -> Result<(), GpuError> {
+    fn addresses(&self, checker: &mut Checker, inputs: &[FilterInput]) -> Result<(), GpuError> {
         let mut cases = Vec::new();
         for FilterInput { pixel, face, centre, line } in inputs {
             let sizes = self.levels(line.lod.value).map(|level| (self.size[0] >> level).max(1));
@@ -181,7 +178,7 @@ impl<'a> BackEnd<'a> {
     }
 
     /// The stage `filter`: the words of a probe and its two bilinear values as the device has them.
-    fn filters(&self, checker: &mut Checker<'_>, inputs: &[FilterInput]) -> Result<(), GpuError> {
+    fn filters(&self, checker: &mut Checker, inputs: &[FilterInput]) -> Result<(), GpuError> {
         let (kernel, place) = match self.memory {
             Memory::Cube(_) => (Kernel::Stage(Stage::Filter), 3),
             Memory::Planar(_) => (Kernel::FilterPlanar, 2),

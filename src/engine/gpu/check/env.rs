@@ -103,9 +103,9 @@ pub fn check_env(
 ) -> Result<StageChecks, GpuError> {
     let mut back = BackEnd::cube(gpu, settings, map)?;
     let first = fragments.first().map(|f| &f.fragment);
-    back.policy = crate::engine::gpu::with_needs(back.policy.clone(), first);
+    back.maps.policy = crate::engine::gpu::with_needs(back.maps.policy, first);
     let rotation = rotation(settings);
-    let mut checker = Checker::new(gpu);
+    let mut checker = Checker::default();
     for chunk in fragments.chunks(CHUNK) {
         let mut cases = Cases::default();
         let inputs: Vec<FilterInput> =

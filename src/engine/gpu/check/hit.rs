@@ -45,7 +45,7 @@ pub fn check_hit(
     rays: &[([u32; 2], HitFragment)],
     progress: Progress<'_>,
 ) -> Result<StageChecks, GpuError> {
-    let back = BackEnd::cube(gpu, settings, map)?.with_distance(gpu, distance)?;
+    let back = BackEnd::cube(gpu, settings, map)?.with_distance(distance)?;
     let distances = Distances::new(distance);
     let walls = Walls {
         distances: &distances,
@@ -63,7 +63,7 @@ pub fn check_hit(
     let reference = HitF64::new(settings, distance, Some(map), map.size());
     let kernel = Kernel::Stage(Stage::Hit);
     let registers = kernel.registers(num::usize(settings.policy.hit.iterations) + 1);
-    let mut checker = Checker::new(gpu);
+    let mut checker = Checker::default();
     for rays in rays.chunks(CHUNK) {
         let mut searches = Vec::with_capacity(rays.len());
         let mut cases = Cases::default();

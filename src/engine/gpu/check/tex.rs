@@ -9,7 +9,8 @@ use crate::engine::TexJob;
 use crate::engine::cones::{Asked, Cones, FloatCones, walk};
 use crate::engine::gpu::Operands;
 use crate::engine::gpu::tex::{encode, step_words};
-use crate::fragment::{Tangents, TexFragment};
+use crate::fragment::TexFragment;
+use crate::gpu::policy::to_f32;
 use crate::gpu::{Gpu, GpuError};
 use crate::planar::PlanarMap;
 use crate::reference::Flag;
@@ -57,25 +58,6 @@ impl Cones for Remembering<'_> {
     }
 }
 
-/// Doubles of a request rounded to f32.
-fn rounded(fragment: &TexFragment) -> TexFragment {
-    let v = |x: [f64; 3]| ports(x).map(|c| c.value);
-    TexFragment {
-        d: v(fragment.d),
-        n: v(fragment.n),
-        tangents: match fragment.tangents {
-            Tangents::Surface { dp_ds, dp_dt } => {
-                Tangents::Surface { dp_ds: v(dp_ds), dp_dt: v(dp_dt) }
-            }
-            Tangents::Triangle { edges, st } => Tangents::Triangle {
-                edges: edges.map(v),
-                st: st.map(|st| ports(st).map(|c| c.value)),
-            },
-        },
-        st: ports(fragment.st).map(|c| c.value),
-    }
-}
-
 /// A step with its operands rounded to f32.
 fn rounded_step(step: Step) -> Step {
     let [_, a, b, c] = step_words(step).map(f64::from);
@@ -117,7 +99,8 @@ fn surface(
 ) -> FilterInput {
     let settings = &back.settings;
     let [width] = ports([width]);
-    let exact = rounded(fragment);
+    let mut exact = *fragment;
+    exact.for_each(|x| *x = f64::from(to_f32(*x)));
     let mut operands = Operands::new(Flag::SurfNotFinite);
     width.put(&mut operands.words);
     encode(&mut operands, fragment, settings.policy.address.wrap());
@@ -144,7 +127,7 @@ pub struct Requests {
 
 impl Requests {
     /// Checks them against a texture.
-    fn check(&self, checker: &mut Checker<'_>, back: &BackEnd<'_>) -> Result<(), GpuError> {
+    fn check(&self, checker: &mut Checker, back: &BackEnd<'_>) -> Result<(), GpuError> {
         let mut cases = Cases::default();
         for (pixel, before, step) in &self.steps {
             cases.pixel = *pixel;
@@ -172,7 +155,7 @@ pub fn check_requests(
     map: &PlanarMap,
     requests: &Requests,
 ) -> Result<StageChecks, GpuError> {
-    let mut checker = Checker::new(gpu);
+    let mut checker = Checker::default();
     requests.check(&mut checker, &BackEnd::planar(gpu, settings, map)?)?;
     Ok(checker.found)
 }
@@ -193,7 +176,7 @@ pub fn check_tex(
     let backs = textures
         .map(|map| BackEnd::planar(gpu, settings, map))
         .collect::<Result<Vec<_>, GpuError>>()?;
-    let mut checker = Checker::new(gpu);
+    let mut checker = Checker::default();
     let mut path = Path::default();
     for first in (0..scene.height).step_by(ROWS) {
         let last = (first + ROWS).min(scene.height);
