@@ -17,7 +17,7 @@ use super::progress::Bar;
 use crate::base::hash::{hash_text, text_hash};
 use crate::engine::Job;
 use crate::error::InputError;
-use crate::report::table::{Align, Table, fixed, significant};
+use crate::report::table::{fixed, significant};
 use crate::settings::Settings;
 use crate::study::cost::CostModel;
 use crate::study::plan::{Place, Plan};
@@ -339,10 +339,4 @@ fn remove(path: &Path) -> Result<(), InputError> {
             "remove it by hand",
         )
     })
-}
-
-/// A text table from plain cells, in the style of the command's other tables.
-pub(super) fn plain(columns: &[(String, Align)]) -> Table {
-    let named: Vec<(&str, Align)> = columns.iter().map(|(n, a)| (n.as_str(), *a)).collect();
-    Table::new(&named)
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::study::plain;
 use crate::error::InputError;
-use crate::report::table::{Align, significant};
-use crate::study::front::{error_figure, figure, front};
+use crate::report::page::words;
+use crate::report::table::{Cell, Table, text, whole};
+use crate::study::front::{error_figure, figure_cell, front};
 use crate::study::measures::{is_column, names};
 use crate::study::store::Results;
 
@@ -46,38 +46,18 @@ pub(super) fn table(
         .map(|(row, _)| row)
         .collect();
     let axes = results.axes();
-    let mut head = vec![("row".to_string(), Align::Right), ("scene".into(), Align::Left)];
-    head.extend(axes.iter().map(|a| (a.clone(), Align::Left)));
-    head.extend(columns.iter().map(|c| (c.clone(), Align::Right)));
-    let cells = |row: &Value| -> Vec<String> {
-        let get = |v: Option<&Value>| match v {
-            None | Some(Value::Null) => "–".to_string(),
-            Some(Value::String(t)) => t.clone(),
-            Some(other) => other.to_string(),
-        };
-        let mut cells = vec![get(row.get("row")), get(row.get("scene"))];
-        cells.extend(axes.iter().map(|a| get(row.get("set").and_then(|s| s.get(a)))));
-        cells.extend(columns.iter().map(|c| match figure(row, c) {
-            None => "–".into(),
-            Some(x) if x.is_infinite() => "equal".into(),
-            Some(x) => significant(x, 4),
-        }));
+    let titles = ["row", "scene"].into_iter().map(String::from);
+    let named = |value: &Value| match words(value) {
+        none if none.is_empty() => text("–"),
+        words => text(words),
+    };
+    let cells = |row: &Value| -> Vec<Cell> {
+        let mut cells = vec![whole(&row["row"]), named(&row["scene"])];
+        cells.extend(axes.iter().map(|axis| named(&row["set"][axis])));
+        cells.extend(columns.iter().map(|name| figure_cell(row, name)));
         cells
     };
-    if markdown {
-        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let mut out = line(head.iter().map(|(name, _)| name.clone()).collect());
-        out += &line(
-            head.iter()
-                .map(|(_, a)| if *a == Align::Left { "---" } else { "---:" }.into())
-                .collect(),
-        );
-        out.extend(shown.into_iter().map(|row| line(cells(row))));
-        return Ok(out);
-    }
-    let mut table = plain(&head);
-    for row in shown {
-        table.row(cells(row));
-    }
-    Ok(table.to_string())
+    let titles = titles.chain(axes.clone()).chain(columns.clone());
+    let table = Table::new(titles, shown.into_iter().map(cells));
+    Ok(if markdown { table.markdown() } else { table.to_string() })
 }

@@ -1,6 +1,7 @@
 //! The `gpu` engine: WGSL through wgpu, in single precision.
 //!
 //! Operands are rounded to f32 on the host, maps are uploaded once, fragments go through one fused kernel in batches.
+//! What fails returns the driver's error.
 
 pub mod bounded;
 pub mod check;
@@ -277,10 +278,6 @@ impl<'a> GpuEnv<'a> {
     }
 
     /// Every fragment's result, flags of its operands included, and what left the range of f32.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn filter(
         &self,
         fragments: &[PixelFragment],
@@ -291,10 +288,6 @@ impl<'a> GpuEnv<'a> {
     }
 
     /// The fragments of one batch on the device, and how many there are: at most what a batch holds.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn upload(&self, fragments: &[PixelFragment]) -> Result<(Batch, usize), GpuError> {
         let Loaded { program, maps, words } = &self.0;
         let count = fragments.len().min(Program::batch(maps.gpu, *words));
@@ -303,10 +296,6 @@ impl<'a> GpuEnv<'a> {
     }
 
     /// Runs the kernel over a batch that is on the device, and waits for it.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn run(&self, batch: &Batch) -> Result<(), GpuError> {
         self.0.program.dispatch(self.0.maps.gpu, batch)?;
         self.0.maps.gpu.wait()

@@ -203,10 +203,6 @@ pub struct Levels {
 }
 
 /// Sweeps the ratio at three widths and adds skewed pairs of derivatives.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn levels(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -240,10 +236,6 @@ pub fn levels(
 
 /// Whether a look-up with given derivatives depends on what its neighbours look up: four neighbours 4 texels apart with equal
 /// derivatives of 8 texels, against the same look-ups alone. Returns λ of the first, both ways.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn beside_neighbours(unit: &mut dyn TextureUnit, clamp: u16) -> Result<[f64; 2], InputError> {
     let image = levels::numbered(Shape::Planar, levels::SIZE, levels::LEVELS);
     let shift = 4.0 / levels::SIZE as f32;

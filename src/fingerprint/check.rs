@@ -92,10 +92,6 @@ fn look_ups(shape: Shape, count: usize) -> Vec<Query> {
 }
 
 /// Lines by how well they predict random look-ups in place of the rule's own line, the best first.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn lines(
     unit: &mut dyn TextureUnit,
     model: &Model,
@@ -127,10 +123,6 @@ fn distance(a: &[f32; 4], b: &[f32; 4]) -> f64 {
 }
 
 /// Compares the model with the unit over random look-ups, edges and corners of cubes included.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn check(
     unit: &mut dyn TextureUnit,
     model: &Model,

@@ -31,10 +31,6 @@ pub struct Ties {
 }
 
 /// Looks at all edges and corners.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn ties(unit: &mut dyn TextureUnit) -> Result<Ties, InputError> {
     let image =
         Image::new(Shape::Cube, Format::Half, 4, 1, |_, face, _, _| [face as f32, 0.0, 0.0, 1.0]);
@@ -79,10 +75,6 @@ pub struct Seams {
 }
 
 /// Measures every texel's weight of look-ups near all edges and corners of a small cube.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn seams(unit: &mut dyn TextureUnit, model: &Model) -> Result<Seams, InputError> {
     let mut queries = Vec::new();
     let near = |f: f64| 1.0 - f * 2.0 / SMALL as f64;
@@ -174,10 +166,6 @@ fn lods(
 }
 
 /// Which length of 3-D derivatives counts without anisotropy.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn rho(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -193,10 +181,6 @@ pub fn rho(
 }
 
 /// Which level of detail counts under a clamp: the same look-ups.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn aniso(
     unit: &mut dyn TextureUnit,
     octave: &[f64],
@@ -233,10 +217,6 @@ pub struct Shown {
 }
 
 /// A footprint 6 texels long and one wide in the middle of a face, over an edge, and over a corner.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn footprints(
     unit: &mut dyn TextureUnit,
     clamp: u16,

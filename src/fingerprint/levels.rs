@@ -107,10 +107,6 @@ pub fn query(dx: [f64; 2], dy: [f64; 2]) -> Query {
 }
 
 /// The levels of detail that queries get.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn lods(
     unit: &mut dyn TextureUnit,
     state: State,
@@ -123,10 +119,6 @@ pub fn lods(
 }
 
 /// Weights between levels: the level of detail is given, from 2 to 3.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, InputError> {
     let queries: Vec<Query> = (0..=SWEEP)
         .map(|k| Query {
@@ -140,10 +132,6 @@ pub fn mip_weights(unit: &mut dyn TextureUnit) -> Result<Staircase, InputError> 
 }
 
 /// The curve, of footprints that have a derivative along one axis alone: all rules of length agree on those.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn curve(unit: &mut dyn TextureUnit) -> Result<Curve, InputError> {
     let line = |log2: f64| query([libm::exp2(log2), 0.0], [0.0; 2]);
     let state = State::trilinear(1);
@@ -229,10 +217,6 @@ pub fn random(seed: u64) -> f64 {
 }
 
 /// Which length of the derivatives counts: random pairs of them against each rule.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn rho(unit: &mut dyn TextureUnit, curve: &Curve) -> Result<Vec<Fit<Rho>>, InputError> {
     let cases: Vec<[[f64; 2]; 2]> = (0..PAIRS as u64)
         .map(|i| {

@@ -3,6 +3,7 @@
 //! [`fingerprint`] asks a [`TextureUnit`] some hundred thousand look-ups on textures that are made for one question
 //! each, and finds the rule behind the answers among named candidates. The rules together are a [`Model`]; the last step predicts
 //! random look-ups with it and counts how many come out right, so that the report proves itself or says where it does not hold.
+//! Every step passes the unit's own error on.
 //! Nothing here knows of a GPU: a `Model` is a `TextureUnit` too, and tests fingerprint models whose rules they know.
 
 pub mod aniso;
@@ -113,10 +114,6 @@ pub struct Fingerprint {
 }
 
 /// Finds the rules of a texture unit. `progress` gets the name of each step before it starts.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn fingerprint(
     unit: &mut dyn TextureUnit,
     progress: &dyn Fn(&str),

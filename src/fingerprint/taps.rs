@@ -118,10 +118,6 @@ fn along(footprint: &Footprint) -> usize {
 }
 
 /// Finds the taps of footprints by hinges, in the footprints' order.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn taps(
     unit: &mut dyn TextureUnit,
     source: Source,

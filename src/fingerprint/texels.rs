@@ -54,10 +54,6 @@ fn one_if(yes: bool) -> f32 {
 
 /// The weight tables of a format: an impulse column in red, an impulse row in green; the coordinate runs from the
 /// centre before the impulse to its own, in [`SWEEP`] steps, on both axes at once.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, InputError> {
     let linear = State::trilinear(1);
     let cross = flat(format, |x, y| [one_if(x == 8), one_if(y == 8), 0.0, 1.0]);
@@ -103,10 +99,6 @@ pub fn weights(unit: &mut dyn TextureUnit, format: Format) -> Result<Weights, In
 }
 
 /// Where the texel changes with a nearest filter, and the texels beyond the edge.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn coordinates(unit: &mut dyn TextureUnit) -> Result<Coordinates, InputError> {
     let format = Format::Half;
     let numbered = flat(format, |x, _| [x as f32, 0.0, 0.0, 1.0]);

@@ -55,10 +55,6 @@ impl Transfer {
 }
 
 /// Measures the transfer of look-ups on a texture of `size` with `levels` levels.
-///
-/// # Errors
-///
-/// The device's error.
 pub fn transfer(
     unit: &mut dyn TextureUnit,
     (shape, size, levels): (Shape, usize, usize),

@@ -77,10 +77,6 @@ impl Program {
     }
 
     /// Runs the kernel over one fragment of zeros: drivers compile on first use.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn warm(&self, maps: &Maps<'_>, words: Words) -> Result<(), GpuError> {
         self.run(maps, words, (&vec![0; words.input], &[]), &|_| {}).map(|_| ())
     }
@@ -123,10 +119,6 @@ impl Program {
     }
 
     /// Runs the kernel over a batch, without waiting.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn dispatch(&self, gpu: &Gpu, batch: &Batch) -> Result<(), GpuError> {
         let groups = num::u32(batch.fragments).div_ceil(WORKGROUP);
         gpu.guarded(&format!("dispatch of {}", self.name), |device, queue| {
@@ -135,10 +127,6 @@ impl Program {
     }
 
     /// All fragments through the kernel; `done` is told how many a batch had.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn run(
         &self,
         maps: &Maps<'_>,
@@ -160,10 +148,6 @@ impl Program {
 
 impl Batch {
     /// The results, once they are there.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         gpu.read(&self.output, self.fragments * self.words.output)
     }

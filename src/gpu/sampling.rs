@@ -178,10 +178,6 @@ impl<'a> DeviceSampler<'a> {
     }
 
     /// Queries on a texture that is there already.
-    ///
-    /// # Errors
-    ///
-    /// The device's error.
     pub fn sample_view(
         &mut self,
         view: &wgpu::TextureView,

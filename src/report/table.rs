@@ -113,26 +113,29 @@ impl Table {
     /// One row for each item, with these columns; a column with a text in it is left-aligned.
     #[must_use]
     pub fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
-        let titles = columns.iter().map(|(title, key, _)| (clean(title), (*key).to_string()));
-        let mut table = Self {
-            columns: titles.collect(),
-            align: vec![Align::Right; columns.len()],
-            rows: Vec::new(),
-        };
-        for item in items {
-            table.push(columns.iter().map(|(.., cell)| cell(&item)).collect());
+        let cells = |item: T| columns.iter().map(|(.., cell)| cell(&item)).collect();
+        let mut table = Self::new(
+            columns.iter().map(|(title, ..)| (*title).to_string()),
+            items.into_iter().map(cells),
+        );
+        for ((_, key), (_, of, _)) in table.columns.iter_mut().zip(columns) {
+            *key = (*of).to_string();
         }
         table
     }
 
-    /// Adds a row.
-    fn push(&mut self, row: Vec<Cell>) {
-        for (align, cell) in self.align.iter_mut().zip(&row) {
-            if cell.align == Align::Left {
-                *align = Align::Left;
-            }
-        }
-        self.rows.push(row);
+    /// A table without keys whose columns are not known before the run.
+    #[must_use]
+    pub fn new(
+        titles: impl IntoIterator<Item = String>,
+        rows: impl IntoIterator<Item = Vec<Cell>>,
+    ) -> Self {
+        let titles = titles.into_iter().map(|title| (clean(&title), String::new()));
+        let (columns, rows): (Vec<_>, Vec<Vec<Cell>>) =
+            (titles.collect(), rows.into_iter().collect());
+        let is_text = |at: usize| rows.iter().any(|row| row[at].align == Align::Left);
+        let align = |at| if is_text(at) { Align::Left } else { Align::Right };
+        Self { align: (0..columns.len()).map(align).collect(), columns, rows }
     }
 
     /// One JSON object a row.
@@ -158,25 +161,19 @@ impl Table {
         &self.rows
     }
 
-    /// A table with these columns; a title carries its unit: `PSNR (dB)`.
+    /// The table as Markdown has it.
     #[must_use]
-    pub fn new(columns: &[(&str, Align)]) -> Self {
-        Self {
-            columns: columns.iter().map(|&(title, _)| (clean(title), String::new())).collect(),
-            align: columns.iter().map(|&(_, align)| align).collect(),
-            rows: Vec::new(),
-        }
-    }
-
-    /// Adds a row. Cells that are missing stay empty; cells beyond the last column are dropped.
-    pub fn row<I>(&mut self, cells: I)
-    where
-        I: IntoIterator,
-        I::Item: AsRef<str>,
-    {
-        let mut row: Vec<Cell> = cells.into_iter().map(|cell| whole(cell.as_ref())).collect();
-        row.resize(self.columns.len(), missing(""));
-        self.rows.push(row);
+    pub fn markdown(&self) -> String {
+        let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
+        let rule = |align| if align == Align::Left { "---" } else { "---:" };
+        let mut out = line(self.shown().map(|(title, ..)| title).collect());
+        out += &line(self.shown().map(|(_, align, _)| rule(align)).collect());
+        out.extend(
+            self.rows
+                .iter()
+                .map(|row| line(self.shown().map(|(.., at)| &*row[at].shown).collect())),
+        );
+        out
     }
 
     /// Rows.
@@ -248,12 +245,6 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", num::usize(decimals))
 }
 
-/// A number that may be missing: `-` for `None`.
-#[must_use]
-pub fn optional(value: Option<String>) -> String {
-    value.unwrap_or_else(|| "-".to_owned())
-}
-
 /// A count with thin groups of three digits: `1 048 576`.
 #[must_use]
 pub fn count(value: u64) -> String {
@@ -274,16 +265,21 @@ mod tests {
 
     #[test]
     fn columns_align_by_characters_and_lines_have_no_trailing_blanks() {
-        let mut table = Table::new(&[
-            ("pair", Align::Left),
-            ("PSNR (dB)", Align::Right),
-            ("note", Align::Left),
-        ]);
-        table.row(["rtl-f64", "54.20", ""]);
-        table.row(["λ1-λ2", "8.1", "µ"]);
+        let rows = [("rtl-f64", "54.20", ""), ("λ1-λ2", "8.1", "x\ny\u{1b}[31m")];
+        let table = Table::of(
+            rows,
+            &[
+                ("pair", "", &|(pair, ..)| text(pair)),
+                ("PSNR (dB)", "", &|(_, db, _)| whole(db)),
+                ("note", "", &|(.., note)| text(note)),
+            ],
+        );
         assert_eq!(
             table.to_string(),
-            "pair     PSNR (dB)  note\nrtl-f64      54.20\nλ1-λ2          8.1  µ\n"
+            "pair     PSNR (dB)  note\nrtl-f64      54.20\nλ1-λ2          8.1  x y [31m\n"
+        );
+        assert!(
+            table.markdown().starts_with("| pair | PSNR (dB) | note |\n| --- | ---: | --- |\n")
         );
     }
 
@@ -307,15 +303,6 @@ mod tests {
             json!(table.json()),
             json!([{"stage": "eigen", "share": 0.25}, {"stage": "hit", "share": 1234.5, "count": 3}])
         );
-    }
-
-    #[test]
-    fn rows_of_the_wrong_length_and_control_characters_do_no_harm() {
-        let mut table = Table::new(&[("a", Align::Left), ("b", Align::Right)]);
-        assert!(table.is_empty());
-        table.row(["x\ny\u{1b}[31m"]);
-        table.row(["1", "2", "3"]);
-        assert_eq!(table.to_string(), "a         b\nx y [31m\n1         2\n");
     }
 
     #[test]

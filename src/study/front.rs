@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::store::Results;
+use crate::report::table::{Cell, digits, missing};
 
 /// A figure of a row; nothing where it has none. No difference at all counts as the best there is.
 #[must_use]
@@ -13,6 +14,16 @@ pub fn figure(row: &Value, name: &str) -> Option<f64> {
         Value::Null | Value::Bool(_) | Value::String(_) | Value::Array(_) | Value::Object(_) => {
             None
         }
+    }
+}
+
+/// A figure as a table shows it.
+#[must_use]
+pub fn figure_cell(row: &Value, name: &str) -> Cell {
+    match figure(row, name) {
+        None => missing("–"),
+        Some(x) if x.is_infinite() => missing("equal"),
+        Some(x) => digits(x, 4),
     }
 }
 

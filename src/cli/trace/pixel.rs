@@ -15,7 +15,7 @@ use crate::engine::job::tex::TexEngine;
 use crate::engine::tex::value;
 use crate::error::InputError;
 use crate::fragment::{Tangents, TexFragment};
-use crate::report::table::{Align, Table, significant};
+use crate::report::table::{Table, digits, missing, significant, text};
 use crate::settings::Settings;
 use crate::unit::UnitSpec;
 
@@ -137,34 +137,27 @@ pub(super) fn run(
 
 /// Every register of the unit beside the reference's.
 fn table(rtl: &Record<'_>, f64: &Record<'_>) -> Table {
-    let mut table = Table::new(&[
-        ("register", Align::Left),
-        ("rtl", Align::Left),
-        ("f64", Align::Left),
-        ("error (LSB)", Align::Right),
-    ]);
-    for reg in Reg::ALL {
-        let [mine, theirs] = [rtl, f64].map(|record| record.registers.get(*reg));
-        if mine.is_empty() {
-            continue;
-        }
-        let join = |numbers: &[Number]| {
-            let values: Vec<f64> = numbers.iter().filter_map(|n| n.value()).collect();
-            let more = if values.len() > SHOWN { " …" } else { "" };
-            let shown: Vec<String> =
-                values.iter().take(SHOWN).map(|v| significant(*v, 5)).collect();
-            format!("{}{more}", shown.join(" "))
-        };
-        let errors = mine.iter().zip(&theirs).filter_map(|(mine, exact)| mine.error_lsb(*exact));
-        let worst = errors.fold(0.0, f64::max);
-        table.row([
-            reg.to_string(),
-            join(&mine),
-            join(&theirs),
-            if theirs.is_empty() { "-".into() } else { significant(worst, 3) },
-        ]);
-    }
-    table
+    let shown = |numbers: &[Number]| {
+        let values: Vec<f64> = numbers.iter().filter_map(|n| n.value()).collect();
+        let more = if values.len() > SHOWN { " …" } else { "" };
+        let shown: Vec<String> = values.iter().take(SHOWN).map(|v| significant(*v, 5)).collect();
+        text(format!("{}{more}", shown.join(" ")))
+    };
+    let registers = Reg::ALL.iter().map(|reg| (reg, [rtl, f64].map(|r| r.registers.get(*reg))));
+    Table::of(
+        registers.filter(|(_, [mine, _])| !mine.is_empty()),
+        &[
+            ("register", "", &|(reg, _)| text(reg)),
+            ("rtl", "", &|(_, [mine, _])| shown(mine)),
+            ("f64", "", &|(_, [_, theirs])| shown(theirs)),
+            ("error (LSB)", "", &|(_, [mine, theirs])| {
+                let pairs = mine.iter().zip(theirs);
+                let errors = pairs.filter_map(|(mine, exact)| mine.error_lsb(*exact));
+                let worst = errors.fold(0.0, f64::max);
+                if theirs.is_empty() { missing("-") } else { digits(worst, 3) }
+            }),
+        ],
+    )
 }
 
 /// "rtl / f64" of what both found.

@@ -76,10 +76,6 @@ impl<'a> GpuHit<'a> {
     }
 
     /// Every ray's result, in order.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn filter(
         &self,
         rays: &[HitFragment],
@@ -89,10 +85,6 @@ impl<'a> GpuHit<'a> {
     }
 
     /// Every ray's result and, by the rays' pixels, what left the range of f32.
-    ///
-    /// # Errors
-    ///
-    /// The driver's error.
     pub fn reported(
         &self,
         rays: &[HitFragment],

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use maud::html;
 use serde_json::Value;
 
+use super::setting;
 use super::svg::{Axes, CHART, dot, points, svg, tick};
-use super::{setting, shown};
 use crate::report::page::{list, words};
-use crate::study::front::{figure, larger_is_better};
+use crate::study::front::{figure, figure_cell, larger_is_better};
 use crate::study::store::Results;
 
 /// A chart.
@@ -124,7 +124,7 @@ fn frontier(here: &str, number: usize, rows: &[(&Value, bool)], error: &str) -> 
     }
     let names = [label(cost), label(error)];
     let title = |x: f64, row: &Value| {
-        let worth = shown(row, error);
+        let worth = figure_cell(row, error);
         format!("{}\n{} {worth}, {} {}", setting(row), names[1], names[0], tick(x))
     };
     let body = html! {

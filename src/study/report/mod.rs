@@ -13,8 +13,8 @@ use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
 
 use crate::report::page::{self, facts, head, list, plain, section, words};
-use crate::report::table::{Align, Cell, missing, significant, whole};
-use crate::study::front::{error_figure, figure, front};
+use crate::report::table::{Align, whole};
+use crate::study::front::{error_figure, figure, figure_cell, front};
 use crate::study::store::Results;
 pub use charts::Chart;
 
@@ -97,15 +97,6 @@ pub(super) fn setting(row: &Value) -> String {
     if parts.is_empty() { "the unit itself".into() } else { parts.join(", ") }
 }
 
-/// A figure as a table shows it.
-pub(super) fn shown(row: &Value, name: &str) -> Cell {
-    match figure(row, name) {
-        None => missing("–"),
-        Some(x) if x.is_infinite() => missing("equal"),
-        Some(x) => whole(significant(x, 4)).with(x),
-    }
-}
-
 /// The figures that the table of rows has, as far as rows have them.
 const SHOWN: [&str; 11] = [
     "truth_psnr_db",
@@ -145,7 +136,7 @@ fn rows(results: &Results, on_front: &[bool]) -> Markup {
                     (whole(&row["row"])) (plain(&row["scene"]))
                     @for axis in &axes { (plain(&row["set"][axis])) }
                     @if let Some(why) = row["refused"].as_str() { td colspan=(figures.len()) { "refused: " (why) } }
-                    @else { @for name in &figures { (shown(row, name)) } }
+                    @else { @for name in &figures { (figure_cell(row, name)) } }
                 }
                 "\n"
             } }

@@ -90,10 +90,6 @@ fn fragment(
 }
 
 /// Checks every register of every stage of the ENV operation over fragments that all have what the first one has.
-///
-/// # Errors
-///
-/// The driver's error.
 pub fn check_env(
     gpu: &Gpu,
     settings: &Settings,

@@ -34,10 +34,6 @@ impl Tap for Matrix {
 }
 
 /// Checks every register of every stage of the HIT operation over rays, each with its pixel.
-///
-/// # Errors
-///
-/// The driver's error.
 pub fn check_hit(
     gpu: &Gpu,
     settings: &Settings,

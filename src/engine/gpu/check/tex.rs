@@ -145,10 +145,6 @@ impl Requests {
 }
 
 /// Checks every register of every stage of the TEX operation over requests to one texture.
-///
-/// # Errors
-///
-/// The driver's error.
 pub fn check_requests(
     gpu: &Gpu,
     settings: &Settings,
@@ -161,10 +157,6 @@ pub fn check_requests(
 }
 
 /// Checks every register of every stage of the TEX operation over the first path of each pixel.
-///
-/// # Errors
-///
-/// The driver's error.
 pub fn check_tex(
     gpu: &Gpu,
     settings: &Settings,
