@@ -191,14 +191,12 @@ impl Gpu {
     /// More bytes than a binding may have, or than there is memory.
     pub fn buffer(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         let limits = self.limits();
-        let limit = |limit, most: u64| {
-            if bytes <= most {
-                return Ok(());
-            }
-            Err(GpuError::TooLarge { what: format!("buffer {label}"), wanted: bytes, limit, most })
-        };
-        limit("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size)?;
-        limit("maxBufferSize", limits.max_buffer_size)?;
+        for limit in [
+            ("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size),
+            ("maxBufferSize", limits.max_buffer_size),
+        ] {
+            GpuError::within(format!("buffer {label}"), bytes, limit)?;
+        }
         let usage = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_SRC
             | wgpu::BufferUsages::COPY_DST;
@@ -242,14 +240,7 @@ impl Gpu {
     pub fn uniform(&self, label: &str, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let size = num::u64(bytes.len());
         let most = self.limits().max_uniform_buffer_binding_size;
-        if size > most {
-            return Err(GpuError::TooLarge {
-                what: format!("uniform {label}"),
-                wanted: size,
-                limit: "maxUniformBufferBindingSize",
-                most,
-            });
-        }
+        GpuError::within(format!("uniform {label}"), size, ("maxUniformBufferBindingSize", most))?;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let buffer = self.raw_buffer(label, size, usage)?;
         self.write(&buffer, bytes)?;
@@ -293,21 +284,15 @@ impl Gpu {
     ) -> Result<(), GpuError> {
         let most = self.limits().max_compute_workgroups_per_dimension;
         let groups = num::u64(invocations).div_ceil(u64::from(workgroup.max(1)));
-        let Some(groups) = u32::try_from(groups).ok().filter(|n| *n <= most) else {
-            return Err(GpuError::TooLarge {
-                what: format!("dispatch of {}", kernel.label),
-                wanted: groups,
-                limit: "maxComputeWorkgroupsPerDimension",
-                most: most.into(),
-            });
-        };
+        let limit = ("maxComputeWorkgroupsPerDimension", most.into());
+        GpuError::within(format!("dispatch of {}", kernel.label), groups, limit)?;
         if groups == 0 {
             return Ok(());
         }
         self.guarded(&format!("dispatch of {}", kernel.label), |device, queue| {
             let layout = kernel.pipeline.get_bind_group_layout(0);
             let bound = bind_group(device, &layout, (0u32..).zip(resources));
-            pass(device, queue, &kernel.pipeline, &bound, groups);
+            pass(device, queue, &kernel.pipeline, &bound, num::u32(groups));
         })
     }
 

@@ -79,6 +79,16 @@ pub enum GpuError {
 }
 
 impl GpuError {
+    /// Refuses what needs more than a limit of the device.
+    pub(super) fn within(
+        what: impl Into<String>,
+        wanted: u64,
+        (limit, most): (&'static str, u64),
+    ) -> Result<(), Self> {
+        let refused = || Self::TooLarge { what: what.into(), wanted, limit, most };
+        if wanted <= most { Ok(()) } else { Err(refused()) }
+    }
+
     /// What a user can do.
     #[must_use]
     pub const fn remedy(&self) -> &'static str {

@@ -136,14 +136,8 @@ fn texture(
     let size = layers.first().map_or([1, 1], |l| l.size);
     let most = gpu.limits().max_texture_dimension_2d;
     let largest = num::u32(size[0].max(size[1]));
-    if largest > most {
-        return Err(GpuError::TooLarge {
-            what: format!("texture {label}"),
-            wanted: largest.into(),
-            limit: "maxTextureDimension2D",
-            most: most.into(),
-        });
-    }
+    let limit = ("maxTextureDimension2D", most.into());
+    GpuError::within(format!("texture {label}"), largest.into(), limit)?;
     let count = |of: fn(&Layer) -> usize| num::u32(layers.iter().map(of).max().unwrap_or(0) + 1);
     let extent = wgpu::Extent3d {
         width: num::u32(size[0]),

@@ -124,14 +124,7 @@ impl<'a> DeviceSampler<'a> {
     pub fn upload(&self, image: &Image) -> Result<wgpu::TextureView, GpuError> {
         let side = num::u32(image.size);
         let most = self.gpu.limits().max_texture_dimension_2d;
-        if side > most {
-            return Err(GpuError::TooLarge {
-                what: "a texture".into(),
-                wanted: side.into(),
-                limit: "maxTextureDimension2D",
-                most: most.into(),
-            });
-        }
+        GpuError::within("a texture", side.into(), ("maxTextureDimension2D", most.into()))?;
         let faces = if image.shape == Shape::Cube { 6 } else { 1 };
         self.gpu.guarded("a texture", |device, queue| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
