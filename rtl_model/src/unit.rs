@@ -11,7 +11,7 @@ mod wires;
 
 pub use block::{Block, Inputs, Needs, Ports, Results, State, Words};
 pub use hit::{HitFront, HitUnit, HitWords};
-pub use operation::{BlockOf, Memory, Operation};
+pub use operation::{BlockOf, Finish, Memory, Operation};
 pub use tex::{Tangents, TexFront, TexUnit, TexWords};
 pub use wires::{Wire, WireKind};
 

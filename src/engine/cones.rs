@@ -6,7 +6,7 @@ use rtl_model::fx::Flags;
 use rtl_model::regs as model;
 use rtl_model::stages::ray_cone::{self as rtl, Cfg, camera as rtl_camera};
 
-use super::dispatch::{self, Level, Task};
+use super::dispatch::{Level, Task};
 use crate::policy::{ConeMetric, ConePolicy, ConeRules, SetDiffuse};
 use crate::reference::ray_cone::{self as float, Step, camera as float_camera};
 use crate::scene::tex::camera::{Camera, Lens};
@@ -270,5 +270,5 @@ pub fn propagate_batch(
         }
     }
 
-    dispatch::run(level, Batch(cfg, cones, distances, first_ray));
+    level.run(Batch(cfg, cones, distances, first_ray));
 }

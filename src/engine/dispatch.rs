@@ -1,72 +1,14 @@
-//! Runs integer code under the widest vector instructions of the machine.
+//! Runs blocks of requests under the widest vector instructions of the machine.
 //!
-//! The stages are always inlined, so that a [`Task`] is compiled once for each set of instructions. All
-//! of it is integer arithmetic: the bits are the same.
+//! Every step of an operation and its end is a task of its own, compiled once for each level. All of it
+//! is integer arithmetic: the bits are the same.
 
-use rtl_model::unit::{Block, BlockOf, Memory, Operation, Results};
+pub use lanes::{Level, Task};
+use rtl_model::unit::{Block, BlockOf, Finish, Memory, Operation, Results};
 use rtl_model::{NoTap, NoTapStandard, Tap};
 
 /// Requests in a block.
 pub const LANES: usize = 32;
-
-/// Which instructions a task runs under.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// What the target guarantees.
-    Baseline,
-    /// AVX2 with BMI1, BMI2 and LZCNT.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-}
-
-impl Level {
-    /// The widest level that this machine runs.
-    #[must_use]
-    pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-        {
-            return Self::Avx2;
-        }
-        Self::Baseline
-    }
-
-    /// Every level that this machine runs, the narrowest first.
-    #[must_use]
-    pub fn available() -> Vec<Self> {
-        let best = Self::detect();
-        if best == Self::Baseline { vec![best] } else { vec![Self::Baseline, best] }
-    }
-}
-
-/// Something to run; its `run` must be `#[inline(always)]`.
-pub trait Task {
-    /// Its results.
-    type Output;
-
-    /// Does it.
-    fn run(self) -> Self::Output;
-}
-
-/// Runs a task under the instructions of `level`.
-pub fn run<T: Task>(level: Level, task: T) -> T::Output {
-    #[cfg(target_arch = "x86_64")]
-    if level == Level::Avx2 && Level::detect() == Level::Avx2 {
-        // SAFETY: `detect` has just found the features that `run_avx2` enables.
-        return unsafe { run_avx2(task) };
-    }
-    let _ = level;
-    task.run()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
-fn run_avx2<T: Task>(task: T) -> T::Output {
-    task.run()
-}
 
 /// Blocks whose stages run side by side, so that a stage's code is fetched once for all of them.
 pub const GROUP: usize = 4;
@@ -97,40 +39,25 @@ pub struct Blocks<'a, O: Operation> {
 
 impl<O: Operation> Blocks<'_, O> {
     /// Runs a group from a step on.
-    #[inline(always)]
     fn group<T: Tap>(
         &mut self,
+        level: Level,
         first: usize,
         group: &mut [BlockOf<O, LANES>],
         out: &mut Results<LANES>,
         tap: &mut T,
     ) {
-        self.unit.steps(first, self.memory, group, tap);
+        let (unit, memory) = (self.unit, self.memory);
+        unit.steps(level, first..O::STEPS, memory, group, tap);
         for block in group {
-            self.unit.finish(block, self.memory, out, tap);
+            level.run(Finish { unit, block, memory, out, tap });
             (self.each)(block, out);
         }
     }
 
-    /// A group on a unit with other roundings or wider registers: rarely run, and compiled without the
+    /// Runs all of them. A unit with other roundings or wider registers is rarely run, and compiled without the
     /// wider instructions to keep builds short.
-    #[cold]
-    #[inline(never)]
-    fn group_of_any_formats(
-        &mut self,
-        first: usize,
-        group: &mut [BlockOf<O, LANES>],
-        out: &mut Results<LANES>,
-    ) {
-        self.group(first, group, out, &mut NoTap);
-    }
-}
-
-impl<O: Operation> Task for Blocks<'_, O> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(mut self) {
+    pub fn run(mut self, level: Level) {
         let mut source = std::mem::replace(&mut self.source, Source::Words(&[]));
         let mut passing: Vec<BlockOf<O, LANES>> = Vec::new();
         let mut out = Results::default();
@@ -157,9 +84,9 @@ impl<O: Operation> Task for Blocks<'_, O> {
                 Source::Words(_) | Source::Kept(..) => return,
             };
             if self.unit.is_standard() {
-                self.group(first, group, &mut out, &mut NoTapStandard);
+                self.group(level, first, group, &mut out, &mut NoTapStandard);
             } else {
-                self.group_of_any_formats(first, group, &mut out);
+                self.group(Level::Baseline, first, group, &mut out, &mut NoTap);
             }
         }
     }

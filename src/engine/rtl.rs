@@ -10,7 +10,7 @@ use rtl_model::regs::{Event, Reg};
 use rtl_model::unit::{Block, BlockOf, EnvBlock, Memory, Needs, Operation, Results, Words};
 use rtl_model::{Config, Tap, Texture, Unit};
 
-use super::dispatch::{self, Blocks, Each, LANES, Level, Source};
+use super::dispatch::{Blocks, Each, LANES, Level, Source};
 use super::{Engine, EnvJob, Progress, Rendering, encode};
 use crate::base::num;
 use crate::cube::CubeMap;
@@ -60,8 +60,7 @@ impl<O: Operation> Rtl<O> {
 
     /// Runs blocks one after the other.
     pub fn blocks(&self, source: Source<'_, O>, each: Each<'_, O>) {
-        let blocks = Blocks { unit: &self.unit, memory: &self.memory, source, each };
-        dispatch::run(self.level, blocks);
+        Blocks { unit: &self.unit, memory: &self.memory, source, each }.run(self.level);
     }
 
     /// Runs blocks on all cores; `each` adds a block to the part of the result that its task makes. Parts in order.

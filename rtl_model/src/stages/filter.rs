@@ -9,7 +9,6 @@ pub mod weights;
 
 use alloc::vec::Vec;
 
-use self::rows::Rows as _;
 use super::address;
 use super::address::lanes::Walk;
 use super::{Roms, Sink, bits, fits, frac, int};
@@ -266,7 +265,11 @@ fn probes<R: rows::Rows, T: Tap>(
     let color = if exact {
         let mut totals = [[0; 3]; 2];
         for (c, lanes) in lanes.iter().enumerate() {
-            let [even, odd] = [0, 1].map(|l| lanes.iter().skip(l).step_by(2).sum::<u64>());
+            let (mut even, mut odd) = (0, 0);
+            for [first, second] in lanes.as_chunks().0 {
+                even += first;
+                odd += second;
+            }
             let first = if two == 0 { even + odd } else { even };
             totals[0][c] = first.cast_signed();
             totals[1][c] = odd.cast_signed();
@@ -296,34 +299,6 @@ fn walk<'a>(
     let both = lod_weight != 0;
     let levels = [first, first + usize::from(both)].map(|level| &texture.levels[level]);
     (Walk::new(address_cfg, &input.line, levels, both), lod_weight)
-}
-
-/// The same set-up, addresses and texel reads as [`filter`] without its arithmetic: a wrapping sum of
-/// the words read and the weights found.
-#[inline(always)]
-pub fn touch<T: Tap>(
-    cfg: &Cfg,
-    address_cfg: &address::Cfg,
-    roms: &Roms,
-    texture: &Texture,
-    input: &In,
-    sink: &mut Sink<'_, T>,
-) -> u64 {
-    let (mut walk, _) = walk(cfg, address_cfg, texture, input);
-    let mut sum = 0u64;
-    let mut k = 0;
-    while k < input.line.count {
-        let at = walk.next(roms, k, sink);
-        for weight in at.weight.iter().flatten() {
-            sum = sum.wrapping_add(*weight);
-        }
-        sum = sum.wrapping_add(match &texture.texels {
-            Texels::Half(t) => rows::Half(t).touch(&at),
-            Texels::Wide(t) => rows::Wide(t).touch(&at),
-        });
-        k += walk.probes();
-    }
-    sum
 }
 
 /// Where a bilinear footprint begins.

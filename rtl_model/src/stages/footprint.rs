@@ -184,19 +184,19 @@ impl Cfg {
             // 2M/m − ½ ≥ n + 1
             Count::Feline => (2, 1, 3, 1),
         };
-        let max = self.max;
-        let mut out = each(lanes, |i| {
+        let mut out = [0; N];
+        for i in 0..lanes.min(N) {
             let left = (length[i] << scale) + or_equal;
             let m = width[i];
             let (mut n, mut multiple) = (0, m + if offset == 3 { 2 * m } else { 0 });
             for k in (0..6).rev() {
                 let (more, larger) = (n + (1 << k), multiple + (m << (per + k)));
-                let passed = more < max && left > larger;
+                let passed = more < self.max && left > larger;
                 n = if passed { more } else { n };
                 multiple = if passed { larger } else { multiple };
             }
-            n + 1
-        });
+            out[i] = n + 1;
+        }
         if self.rule == Count::Pow2 {
             for count in &mut out[..lanes] {
                 *count = count

@@ -230,18 +230,18 @@ impl Operation for HitUnit {
     }
 
     steps! { |hit, front, env, memory, tap| if |number| number == 0 || front.any_cone(env.len);
-        hit.search(front, &memory.distances, env, tap) => {
+        0: hit.search(front, &memory.distances, env, tap) => {
             let roms = &hit.unit.roms;
             (&hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec, roms.sqrt.spec)
         };
-        hit.face(front, &memory.distances, env, tap) => hit.unit.face_reads();
-        hit.footprints_at_hits(front, &memory.distances, env, tap) => {
+        1: hit.face(front, &memory.distances, env, tap) => hit.unit.face_reads();
+        2: hit.footprints_at_hits(front, &memory.distances, env, tap) => {
             let roms = &hit.unit.roms;
             (&hit.footprint, &hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec)
         };
-        hit.unit.covariance(env, tap) => hit.unit.covariance_reads();
-        hit.unit.eigen(env, tap) => hit.unit.eigen_reads();
-        hit.unit.footprint(env, tap) => hit.unit.footprint_reads();
+        3: hit.unit.covariance(env, tap) => hit.unit.covariance_reads();
+        4: hit.unit.eigen(env, tap) => hit.unit.eigen_reads();
+        5: hit.unit.footprint(env, tap) => hit.unit.footprint_reads();
     }
 
     #[inline(always)]

@@ -2,6 +2,9 @@
 
 use core::fmt::Debug;
 use core::hash::Hasher;
+use core::ops::Range;
+
+use lanes::{Level, Task};
 
 use super::Unit;
 use super::block::{Block, Results};
@@ -22,6 +25,54 @@ pub struct Memory {
 /// A block of an operation.
 pub type BlockOf<O, const N: usize> = Block<<O as Operation>::Front<N>, N>;
 
+/// A step of an operation over several blocks.
+struct Step<'a, O: Operation, const K: usize, const N: usize, T> {
+    unit: &'a O,
+    first: usize,
+    memory: &'a Memory,
+    blocks: &'a mut [BlockOf<O, N>],
+    tap: &'a mut T,
+}
+
+impl<O: Operation, const K: usize, const N: usize, T: Tap> Task for Step<'_, O, K, N, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for block in self.blocks {
+            if self.unit.runs(K, block) {
+                block.env.begin(K, self.first);
+                self.unit.step::<K, N, T>(self.memory, block, self.tap);
+                block.env.end(K);
+            }
+        }
+    }
+}
+
+/// The end of an operation for a block: [`Operation::finish`].
+#[derive(Debug)]
+pub struct Finish<'a, O: Operation, const N: usize, T> {
+    /// The compiled unit.
+    pub unit: &'a O,
+    /// The block behind its steps.
+    pub block: &'a BlockOf<O, N>,
+    /// What the filter reads.
+    pub memory: &'a Memory,
+    /// The results.
+    pub out: &'a mut Results<N>,
+    /// Who listens.
+    pub tap: &'a mut T,
+}
+
+impl<O: Operation, const N: usize, T: Tap> Task for Finish<'_, O, N, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.unit.finish(self.block, self.memory, self.out, self.tap);
+    }
+}
+
 /// One of the unit's operations: ENV ([`Unit`]), HIT ([`super::HitUnit`]), TEX ([`super::TexUnit`]).
 ///
 /// Each is a row of steps. A step writes its own arrays and reads those of the steps before it, so a unit that
@@ -41,16 +92,41 @@ pub trait Operation: Sync {
     /// Puts the words of one request into a lane of a block; the first step takes them through the ports.
     fn put<const N: usize>(&self, words: &Self::Words, front: &mut Self::Front<N>, lane: usize);
 
-    /// The steps in front of the filter from step `first` on, over blocks in which the steps before it have run: each
-    /// step for all blocks before the next, so that its code is fetched once. A tap that listens cannot tell the
+    /// Step `K` for a block.
+    fn step<const K: usize, const N: usize, T: Tap>(
+        &self,
+        memory: &Memory,
+        block: &mut BlockOf<Self, N>,
+        tap: &mut T,
+    );
+
+    /// Whether a block needs a step.
+    fn runs<const N: usize>(&self, number: usize, block: &BlockOf<Self, N>) -> bool;
+
+    /// A row of steps, over blocks in which the steps before have run: each step for all blocks before the next, so
+    /// that its code is fetched once, and as a function of its own at `level`. A tap that listens cannot tell the
     /// blocks apart.
     fn steps<const N: usize, T: Tap>(
         &self,
-        first: usize,
+        level: Level,
+        steps: Range<usize>,
         memory: &Memory,
         blocks: &mut [BlockOf<Self, N>],
         tap: &mut T,
-    );
+    ) where
+        Self: Sized,
+    {
+        macro_rules! each {
+            ($($k:literal)+) => {
+                const { assert!(Self::STEPS <= [$($k),+].len(), "a step without a row") };
+                $(if $k < Self::STEPS && steps.contains(&$k) {
+                    let first = steps.start;
+                    level.run(Step::<Self, $k, N, T> { unit: self, first, memory, blocks, tap });
+                })+
+            };
+        }
+        each!(0 1 2 3 4 5 6 7 8 9 10);
+    }
 
     /// Feeds everything that the results of a step depend on, apart from the steps before it and the memory, to a hasher.
     fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H);
@@ -84,8 +160,11 @@ pub trait Operation: Sync {
         block: &mut BlockOf<Self, N>,
         out: &mut Results<N>,
         tap: &mut T,
-    ) {
-        self.steps(0, memory, core::slice::from_mut(block), tap);
+    ) where
+        Self: Sized,
+    {
+        let blocks = core::slice::from_mut(block);
+        self.steps(Level::Baseline, 0..Self::STEPS, memory, blocks, tap);
         self.finish(block, memory, out, tap);
     }
 

@@ -259,24 +259,4 @@ impl Unit {
         let (cfg, address) = (&self.filter, &self.address);
         filter::footprints(cfg, address, &self.roms, texture, &request, &mut sink, each);
     }
-
-    /// The addresses alone, as a texel cache would see them; they are the floor of a speed comparison.
-    #[inline(always)]
-    pub fn touch<const N: usize>(&self, state: &State<N>, texture: &Texture) -> u64 {
-        let mut sum = 0;
-        let mut flags = NO_FLAGS;
-        for lane in 0..state.len.min(N) {
-            let request = self.request(state, lane);
-            let mut sink = Sink { lane, flags: &mut flags, tap: &mut NoTapStandard };
-            sum += filter::touch(
-                &self.filter,
-                &self.address,
-                &self.roms,
-                texture,
-                &request,
-                &mut sink,
-            );
-        }
-        sum
-    }
 }

@@ -13,47 +13,44 @@ use crate::tap::Tap;
 /// Most steps of an operation in front of the filter: ENV has them.
 const MOST_STEPS: usize = Unit::STEPS;
 
-/// An operation's steps from one list: a row holds what a step runs and what its results depend on, besides the steps
-/// before it and the memory. The steps leave out blocks for which `used` is false.
+/// An operation's steps from one list: a row holds its number, what the step runs and what its results depend on,
+/// besides the steps before it and the memory. The steps leave out blocks for which `used` is false.
 macro_rules! steps {
     (
         |$unit:ident, $front:ident, $env:ident, $memory:ident, $tap:ident| if |$number:ident| $used:expr;
-        $($run:expr => $reads:expr;)+
+        $($k:literal: $run:expr => $reads:expr;)+
     ) => {
-        const STEPS: usize = [$(stringify!($run)),+].len();
+        const STEPS: usize = [$($k),+].len();
 
         #[inline(always)]
-        fn steps<const N: usize, T: Tap>(
+        fn step<const K: usize, const N: usize, T: Tap>(
             &self,
-            first: usize,
             $memory: &Memory,
-            blocks: &mut [BlockOf<Self, N>],
+            block: &mut BlockOf<Self, N>,
             $tap: &mut T,
         ) {
-            let ($unit, mut next) = (self, 0);
-            let _ = $memory;
-            $(
-                let $number = next;
-                next += 1;
-                for Block { front: $front, env: $env } in blocks.iter_mut() {
-                    let _ = &$front;
-                    if $used {
-                        $env.step($number, first, |$env| $run);
-                    }
-                }
-            )+
-            let _ = next;
+            let ($unit, _) = (self, $memory);
+            let Block { front: $front, env: $env } = block;
+            let _ = &$front;
+            match K {
+                $($k => $run,)+
+                _ => {}
+            }
+        }
+
+        #[inline(always)]
+        fn runs<const N: usize>(&self, $number: usize, block: &BlockOf<Self, N>) -> bool {
+            let Block { front: $front, env: $env } = block;
+            let _ = (&$front, &$env, $number);
+            $used
         }
 
         fn hash_step<H: Hasher>(&self, number: usize, hasher: &mut H) {
-            let ($unit, mut next) = (self, 0);
-            $(
-                if number == next {
-                    $reads.hash(hasher);
-                }
-                next += 1;
-            )+
-            let _ = next;
+            let $unit = self;
+            match number {
+                $($k => $reads.hash(hasher),)+
+                _ => {}
+            }
         }
     };
 }
@@ -68,20 +65,21 @@ impl<const N: usize> State<N> {
         Self { step_flags: Some([[NO_FLAGS; N]; MOST_STEPS]), ..Self::default() }
     }
 
-    /// Runs a step unless it lies in front of `first`: its results are there then. The first one that runs finds
-    /// the flags as they were behind the step before it.
+    /// Before a step: the first one that runs finds the flags as they were behind the step before it. A closure
+    /// around the step would not inherit the instructions that it runs under.
     #[inline(always)]
-    pub(super) fn step(&mut self, number: usize, first: usize, run: impl FnOnce(&mut Self)) {
-        if number < first {
-            return;
-        }
+    pub(super) fn begin(&mut self, number: usize, first: usize) {
         if number == first
             && let Some(before) = number.checked_sub(1)
             && let Some(flags) = self.step_flags.as_ref().and_then(|f| f.get(before))
         {
             self.flags = *flags;
         }
-        run(self);
+    }
+
+    /// Behind a step.
+    #[inline(always)]
+    pub(super) fn end(&mut self, number: usize) {
         if let Some(kept) = self.step_flags.as_mut().and_then(|f| f.get_mut(number)) {
             *kept = self.flags;
         }
@@ -102,22 +100,22 @@ impl Operation for Unit {
     }
 
     steps! { |unit, front, env, memory, tap| if |_number| true;
-        unit.ports(front, env, tap) => (
+        0: unit.ports(front, env, tap) => (
             (unit.needs, &unit.reflect.v, &unit.reflect.n, &unit.jacobian.dv, &unit.normal.dn),
             unit.frame.as_ref().map(|frame| (&frame.n, &frame.h)),
             unit.bump.as_ref().map(|bump| &bump.b),
             unit.roughness.as_ref().map(|rough| &rough.d),
         );
-        unit.local_frame(env, tap) => (&unit.frame, unit.roms.rsqrt.spec, unit.roms.sqrt.spec);
-        unit.bump(env, tap) => &unit.bump;
-        unit.reflect(env, tap) => (&unit.reflect, unit.bump_frac);
-        unit.cube_face(env, tap) => unit.face_reads();
-        unit.normal_derivative(env, tap) => (&unit.normal, unit.roms.recip.spec);
-        unit.jacobian(env, tap) => &unit.jacobian;
-        unit.roughness(env, tap) => &unit.roughness;
-        unit.covariance(env, tap) => unit.covariance_reads();
-        unit.eigen(env, tap) => unit.eigen_reads();
-        unit.footprint(env, tap) => unit.footprint_reads();
+        1: unit.local_frame(env, tap) => (&unit.frame, unit.roms.rsqrt.spec, unit.roms.sqrt.spec);
+        2: unit.bump(env, tap) => &unit.bump;
+        3: unit.reflect(env, tap) => (&unit.reflect, unit.bump_frac);
+        4: unit.cube_face(env, tap) => unit.face_reads();
+        5: unit.normal_derivative(env, tap) => (&unit.normal, unit.roms.recip.spec);
+        6: unit.jacobian(env, tap) => &unit.jacobian;
+        7: unit.roughness(env, tap) => &unit.roughness;
+        8: unit.covariance(env, tap) => unit.covariance_reads();
+        9: unit.eigen(env, tap) => unit.eigen_reads();
+        10: unit.footprint(env, tap) => unit.footprint_reads();
     }
 }
 

@@ -216,13 +216,13 @@ impl Operation for TexUnit {
     }
 
     steps! { |tex, front, env, memory, tap| if |_number| true;
-        tex.surfaces(front, env, &mut tex.in_texels(tap)) => (
+        0: tex.surfaces(front, env, &mut tex.in_texels(tap)) => (
             (&tex.surface, &tex.cone, tex.texels, &tex.unit.address),
             (tex.unit.roms.recip.spec, tex.unit.roms.rsqrt.spec),
         );
-        tex.unit.covariance(env, &mut tex.in_texels(tap)) => tex.unit.covariance_reads();
-        tex.unit.eigen(env, &mut tex.in_texels(tap)) => tex.unit.eigen_reads();
-        tex.unit.footprint(env, &mut tex.in_texels(tap)) => tex.unit.footprint_reads();
+        1: tex.unit.covariance(env, &mut tex.in_texels(tap)) => tex.unit.covariance_reads();
+        2: tex.unit.eigen(env, &mut tex.in_texels(tap)) => tex.unit.eigen_reads();
+        3: tex.unit.footprint(env, &mut tex.in_texels(tap)) => tex.unit.footprint_reads();
     }
 
     #[inline(always)]

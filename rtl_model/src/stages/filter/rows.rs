@@ -10,9 +10,6 @@ pub type Sums<const W: usize> = [[u64; W]; 3];
 pub trait Rows {
     /// The sum of each lane's four texels times their weights.
     fn sums<const W: usize>(&self, at: &Footprints<W>) -> Sums<W>;
-
-    /// Reads the same texels and folds their words together.
-    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64;
 }
 
 /// Texels decoded beforehand.
@@ -34,19 +31,6 @@ impl Rows for Wide<'_> {
             }
         }
         sums
-    }
-
-    #[inline(always)]
-    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64 {
-        let mut sum = 0;
-        for lane in 0..at.len.min(W) {
-            for first in [at.upper[lane], at.lower[lane]] {
-                for word in pair(self.0, first).into_iter().flatten() {
-                    sum ^= word.cast_unsigned();
-                }
-            }
-        }
-        sum
     }
 }
 
@@ -84,17 +68,6 @@ impl Rows for Half<'_> {
             }
         }
         sums
-    }
-
-    #[inline(always)]
-    fn touch<const W: usize>(&self, at: &Footprints<W>) -> u64 {
-        let mut sum = 0;
-        for texels in self.texels(at) {
-            for word in texels {
-                sum ^= word;
-            }
-        }
-        sum
     }
 }
 
