@@ -9,6 +9,13 @@
 //!
 //! The run fails where the front end takes more than 1.15 times the sum of its stages, or the whole engine more than
 //! 1.1 times its front and back end: then something else than the timed functions runs.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    clippy::needless_range_loop,
+    reason = "bench code on small numbers; loops over an index are what becomes vector code"
+)]
 
 mod support;
 

@@ -53,26 +53,30 @@ impl Task for Floor<'_> {
             let first = ((r.lod >> 8) as usize).min(last);
             let two = usize::from(r.lod & 255 != 0 && first < last);
             let pair = [&levels[first], &levels[first + two]];
-            let size = pair.map(|level| level.size[0] as u64);
-            let stride = pair.map(|level| level.stride as u64);
-            let base = pair.map(|level| (level.offset + r.face * level.face_stride) as u64);
-            let start = [0, 1].map(|i| r.center[i] + (1 << 24) - (r.count - 1) * r.step[i]);
+            let size = [pair[0].size[0] as u64, pair[1].size[0] as u64];
+            let stride = [pair[0].stride as u64, pair[1].stride as u64];
+            let base = [pair[0].index(r.face, 0, 0) as u64, pair[1].index(r.face, 0, 0) as u64];
+            let mut start = [0; 2];
+            for i in 0..2 {
+                start[i] = r.center[i] + (1 << 24) - (r.count - 1) * r.step[i];
+            }
             let mut k = 0;
             while k < r.count {
                 let mut at = [0u64; WIDTH];
                 for lane in 0..WIDTH {
                     let (probe, level) = (k + (lane >> two) as i64, lane & two);
                     // u + 1 and v + 1, kept on the face; a texel coordinate of the bordered face from them.
-                    let [s, t] = [0, 1].map(|i| {
+                    let mut st = [0; 2];
+                    for i in 0..2 {
                         let uv = (start[i] + 2 * probe * r.step[i]).clamp(0, 2 << 24) as u64;
-                        (uv * size[level] + (1 << 24)) >> 25
-                    });
-                    at[lane] = base[level] + t * stride[level] + s;
+                        st[i] = (uv * size[level] + (1 << 24)) >> 25;
+                    }
+                    at[lane] = base[level] + st[1] * stride[level] + st[0];
                 }
-                let used = ((r.count - k) as usize) << two;
-                for (lane, at) in at.iter().enumerate().take(used.min(WIDTH)) {
+                let used = (((r.count - k) as usize) << two).min(WIDTH);
+                for lane in 0..used {
                     for row in [0, stride[lane & two]] {
-                        let row = (at + row) as usize;
+                        let row = (at[lane] + row) as usize;
                         if let Some([a, b]) = texels.get(row..).and_then(|t| t.first_chunk()) {
                             fold[0] ^= a;
                             fold[1] ^= b;
