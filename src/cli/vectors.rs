@@ -10,6 +10,7 @@ use crate::base::num;
 use crate::conformance::cases::{self, Schedule};
 use crate::conformance::check::{Checker, Verdict};
 use crate::conformance::header::{self, Language};
+use crate::conformance::read::{self, Comments};
 use crate::conformance::subject::Subject;
 use crate::conformance::text::{self, Format, Header};
 use crate::conformance::{Build, Device as _, Harness, harness};
@@ -77,9 +78,9 @@ enum Against {
 struct What {
     /// A stage, `unit` (ENV), `unit-hit` or `unit-tex`.
     stage: String,
-    /// How a case is written.
-    #[arg(long, value_enum, default_value_t = Format::Hex)]
-    format: Format,
+    /// How a case is written; hex if not given, and for `check` what the first line looks like.
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     /// A unit built without bump and roughness.
     #[arg(long)]
     plain: bool,
@@ -121,14 +122,15 @@ fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<()
     let count = count.unwrap_or_else(|| schedule.cases());
     let header = Header { subject, unit: spec.hash(), build, level, seed, count };
     let shape = model.shape().clone();
+    let format = what.format.unwrap_or(Format::Hex);
     let mut out = BufWriter::new(std::io::stdout().lock());
-    out.write_all(header.text(&shape, what.format).as_bytes())?;
+    out.write_all(header.text(&shape, format).as_bytes())?;
     let mut input = vec![0; shape.input_len()];
     let mut output = vec![0; shape.output_len()];
     for index in 0..count {
         cases::fill(&mut model, subject, schedule.place(index), &mut input);
         model.run(&input, &mut output);
-        let line = text::line(&shape, what.format, &input, &output);
+        let line = text::line(&shape, format, &input, &output);
         writeln!(out, "{line}")?;
     }
     out.flush()?;
@@ -147,18 +149,27 @@ fn check(what: &What, against: Against, show: u64) -> Result<(), Failure> {
     let judged = judge(&mut checker, &header, what.format, &mut reader, &mut out, show);
     out.flush()?;
     drop(out);
-    let (cases, wrong) = judged?;
+    let Judged { cases, wrong, declared, skipped } = judged?;
     for warning in checker.warnings() {
         super::note(&warning);
+    }
+    if declared.is_none() {
+        super::note("no header says how many cases there are: whether some are missing is unknown");
     }
     let judged = checker.summary();
     let hash = &header.unit;
     super::note(&format!("{cases} cases, {wrong} wrong; unit {hash}{judged}"));
+    let name = subject.name();
     if wrong > 0 {
+        return Err(Failure::Disagrees(format!("{wrong} of {cases} cases of {name} differ")));
+    }
+    if let Some(declared) = declared.filter(|declared| *declared != cases) {
         return Err(Failure::Disagrees(format!(
-            "{wrong} of {cases} cases of {} differ",
-            subject.name()
+            "the header says {declared} cases of {name}, found {cases}"
         )));
+    }
+    if skipped > 0 {
+        return Err(Failure::Disagrees(format!("addresses leave {skipped} cases of {name} out")));
     }
     Ok(())
 }
@@ -168,13 +179,8 @@ fn header_of(spec: &UnitSpec, subject: Subject, build: Build) -> Header {
     Header { subject, unit: spec.hash(), build, level: 0, seed: 0, count: 0 }
 }
 
-/// Bytes as `check eigen` would read them, in the format that their first one looks like.
+/// Bytes as `check eigen` would read them.
 pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
-    let format = match bytes.first() {
-        Some(b'{') => Format::Jsonl,
-        Some(b'/') => Format::Readmemh,
-        _ => Format::Hex,
-    };
     let spec = UnitSpec::default();
     // `eigen` reads no memory.
     let build = Build { size: 1, ..Build::default() };
@@ -184,7 +190,7 @@ pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
         let mut checker = Checker::new(model, subject, build, exact);
         let header = header_of(&spec, subject, build);
         let mut reader = bytes;
-        match judge(&mut checker, &header, format, &mut reader, &mut std::io::sink(), 10) {
+        match judge(&mut checker, &header, None, &mut reader, &mut std::io::sink(), 10) {
             Ok(_) | Err(Failure::Closed | Failure::Disagrees(_)) => {}
             Err(Failure::Input(error)) => return Err(error),
         }
@@ -192,17 +198,32 @@ pub(super) fn answer(bytes: &[u8]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Judges every line of a stream; cases, and how many are wrong.
+/// What a stream of vectors held.
+#[derive(Clone, Copy, Debug, Default)]
+struct Judged {
+    cases: u64,
+    wrong: u64,
+    /// Cases that its headers announce.
+    declared: Option<u64>,
+    /// Words between its addresses that are not there.
+    skipped: u64,
+}
+
+/// Judges every case of a stream.
 fn judge(
     checker: &mut Checker,
     header: &Header,
-    format: Format,
+    mut format: Option<Format>,
     reader: &mut dyn std::io::BufRead,
     out: &mut dyn std::io::Write,
     show: u64,
-) -> Result<(u64, u64), Failure> {
+) -> Result<Judged, Failure> {
     let mut bytes = Vec::new();
-    let (mut number, mut cases, mut wrong) = (0u64, 0u64, 0u64);
+    let mut number = 0u64;
+    let mut seen = Judged::default();
+    let mut comments = Comments::default();
+    // The address of the next word, once there is one.
+    let mut address: Option<u64> = None;
     let bad = |number: u64, column: usize, expected: String, found: String| {
         InputError::new(
             "standard input",
@@ -227,28 +248,54 @@ fn judge(
         let Ok(line) = std::str::from_utf8(&bytes) else {
             return Err(bad(number, 1, "ASCII".into(), "other bytes".into()).into());
         };
-        let line = line.trim_end_matches(['\n', '\r', ' ']);
-        if text::is_comment(line, format) {
-            if let Some((key, want, found)) = header.contradiction(line, format) {
-                return Err(bad(number, 1, format!("{key} {want}"), found).into());
-            }
+        let line = line.trim_end();
+        format = format.or_else(|| read::format_of(line));
+        let Some(format) = format else { continue };
+        if let Some((key, want, found)) = header.contradiction(line) {
+            return Err(bad(number, 1, format!("{key} {want}"), found).into());
+        }
+        if text::declared(line, "vectors").is_some() {
+            let count = text::declared(line, "count").and_then(|count| count.parse().ok());
+            seen.declared = count.map(|n: u64| n.saturating_add(seen.declared.unwrap_or(0)));
             continue;
         }
-        cases += 1;
-        match checker.line(format, line) {
-            Ok(Verdict::Agrees) => {}
-            Ok(Verdict::Differs(text)) => {
-                wrong += 1;
-                if wrong <= show {
-                    writeln!(out, "line {number}, {text}")?;
-                }
+        let line = if format == Format::Jsonl { line.into() } else { comments.strip(line) };
+        let whole = [(1, line.trim_end())];
+        let each: Vec<(usize, &str)> = match format {
+            Format::Readmemh => read::words(&line).collect(),
+            Format::Hex | Format::Jsonl if line.trim().is_empty() => continue,
+            Format::Hex | Format::Jsonl => whole.into(),
+        };
+        for (column, case) in each {
+            if let Some(digits) = case.strip_prefix('@').filter(|_| format == Format::Readmemh) {
+                let to = u64::from_str_radix(digits, 16).ok();
+                let next = address.unwrap_or(0);
+                let Some(to) = to.filter(|to| *to >= next) else {
+                    let expected = format!("an address of at least @{next:x}");
+                    return Err(bad(number, column, expected, format!("`{case}`")).into());
+                };
+                seen.skipped += address.map_or(0, |next| to - next);
+                address = Some(to);
+                continue;
             }
-            Err(e) => {
-                return Err(bad(number, e.column, e.expected, e.found).into());
+            seen.cases += 1;
+            address = Some(address.unwrap_or(0).saturating_add(1));
+            match checker.line(format, case) {
+                Ok(Verdict::Agrees) => {}
+                Ok(Verdict::Differs(text)) => {
+                    seen.wrong += 1;
+                    if seen.wrong <= show {
+                        writeln!(out, "line {number}, {text}")?;
+                    }
+                }
+                Err(e) => {
+                    let column = column + e.column - 1;
+                    return Err(bad(number, column, e.expected, e.found).into());
+                }
             }
         }
     }
-    if cases == 0 {
+    if seen.cases == 0 {
         return Err(InputError::new(
             "standard input",
             "at least one case",
@@ -257,5 +304,8 @@ fn judge(
         )
         .into());
     }
-    Ok((cases, wrong))
+    if comments.open {
+        return Err(bad(number, 1, "`*/`".into(), "the end of the file".into()).into());
+    }
+    Ok(seen)
 }

@@ -3,8 +3,9 @@
 use super::exact::{Case, Finding, Judge};
 use super::field::{Field, Meaning};
 use super::harness::{Build, Device as _, Harness, flag_names, overlay};
+use super::read::{self, Malformed};
 use super::subject::Subject;
-use super::text::{self, Format, Malformed};
+use super::text::{self, Format};
 use crate::base::num;
 
 /// A case's first wrong field.
@@ -143,8 +144,11 @@ impl Checker {
     /// Judges one line.
     pub fn line(&mut self, format: Format, line: &str) -> Result<Verdict, Malformed> {
         let mut numbers = std::mem::take(&mut self.numbers);
-        let parsed = text::parse(self.model.shape(), format, line, &mut numbers);
-        let verdict = parsed.map(|()| {
+        let parsed = read::parse(self.model.shape(), format, line, &mut numbers);
+        let verdict = parsed.map(|unknown| {
+            if let Some(unknown) = unknown {
+                return Verdict::Differs(format!("{unknown} expected no unknown digit"));
+            }
             let (input, observed) = numbers.split_at(self.model.shape().input_len());
             match self.case(input, observed) {
                 None => Verdict::Agrees,

@@ -1,7 +1,7 @@
 //! Conformance: test vectors, named suites, and judges of a device's results.
 //!
 //! A [`field::Shape`] describes a stage once: what goes in, which registers come out and in which formats. Everything
-//! else follows from it: harnesses fill its numbers, [`text`] writes and reads them, [`header`] declares them for C and
+//! else follows from it: harnesses fill its numbers, [`text`] writes and [`read`] reads them, [`header`] declares them for C and
 //! SystemVerilog, [`cases`] sweeps their patterns, and the judges name the field that is wrong.
 
 pub mod attribution;
@@ -20,6 +20,7 @@ mod hit;
 pub mod memory;
 pub mod patterns;
 pub mod ray_cone;
+pub mod read;
 pub mod run;
 pub mod stimuli;
 pub mod subject;

@@ -1,4 +1,4 @@
-//! Vector files: one case a line, as hexadecimal numbers, as JSON, or as words for `$readmemh`.
+//! Writing vector files: one case a line, as hexadecimal numbers, as JSON, or as words for `$readmemh`.
 //!
 //! Every number fills whole hexadecimal digits: signed ones in two's complement with the sign repeated, binary64 words as
 //! their 64 bits. `hex` separates numbers by spaces; `readmemh` joins the same digits by underscores to one word a case,
@@ -104,32 +104,32 @@ impl Header {
         out
     }
 
-    /// What a header line contradicts: the key, what is wanted, what the line has. `None` where it agrees or is another
-    /// comment.
+    /// What a header line contradicts: the key, what is wanted, what the line has. `None` where it
+    /// agrees or is another comment.
     #[must_use]
-    pub fn contradiction(
-        &self,
-        line: &str,
-        format: Format,
-    ) -> Option<(&'static str, String, String)> {
-        let found = |key: &str| -> Option<String> {
-            if format == Format::Jsonl {
-                let value: Value = serde_json::from_str(line).ok()?;
-                let value = value.get(key)?;
-                return Some(value.as_str().map_or_else(|| value.to_string(), str::to_string));
-            }
-            let mut words = line.strip_prefix(format.comment())?.split_whitespace();
-            words.find_map(|word| word.strip_prefix(key)?.strip_prefix('=').map(str::to_string))
-        };
-        found("vectors")?;
+    pub fn contradiction(&self, line: &str) -> Option<(&'static str, String, String)> {
+        declared(line, "vectors")?;
         self.pairs()
             .into_iter()
             .filter(|(key, _)| ["vectors", "subject", "unit", "parts", "size"].contains(key))
             .find_map(|(key, want)| {
-                let has = found(key)?;
+                let has = declared(line, key)?;
                 (has != want).then_some((key, want, has))
             })
     }
+}
+
+/// What a header line says of a key, in any format.
+#[must_use]
+pub fn declared(line: &str, key: &str) -> Option<String> {
+    let line = line.trim();
+    if line.starts_with('{') {
+        let value: Value = serde_json::from_str(line).ok()?;
+        let value = value.get(key)?;
+        return Some(value.as_str().map_or_else(|| value.to_string(), str::to_string));
+    }
+    let mut words = line.trim_start_matches(['#', '/', '*']).split_whitespace();
+    words.find_map(|word| word.strip_prefix(key)?.strip_prefix('=').map(str::to_string))
 }
 
 /// Which parts a build has.
@@ -141,15 +141,6 @@ fn parts(build: Build) -> String {
         (false, false) => "plain",
     }
     .into()
-}
-
-/// Whether a line holds no case.
-#[must_use]
-pub fn is_comment(line: &str, format: Format) -> bool {
-    match format {
-        Format::Jsonl => line.starts_with("{\"vectors\""),
-        Format::Hex | Format::Readmemh => line.is_empty() || line.starts_with(format.comment()),
-    }
 }
 
 /// One line about a field.
@@ -251,149 +242,4 @@ fn object(fields: &[Field], numbers: &[i64]) -> Value {
         map.insert(field.name.clone(), value);
     }
     Value::Object(map)
-}
-
-/// Why a line is no case.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Malformed {
-    /// Where, from 1.
-    pub column: usize,
-    /// What belongs there.
-    pub expected: String,
-    /// What is there.
-    pub found: String,
-}
-
-impl Malformed {
-    fn new(column: usize, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self { column, expected: expected.into(), found: found.into() }
-    }
-}
-
-/// The numbers of a line, inputs first.
-pub fn parse(
-    shape: &Shape,
-    format: Format,
-    line: &str,
-    numbers: &mut Vec<i64>,
-) -> Result<(), Malformed> {
-    numbers.clear();
-    if format == Format::Jsonl {
-        return parse_json(shape, line, numbers);
-    }
-    let separator = format.separator();
-    let mut column = 1;
-    let mut rest = line.split(separator).peekable();
-    let inputs = shape.input_len();
-    for (k, (field, component)) in shape.numbers().enumerate() {
-        let name = || format!("{}[{component}]", field.name);
-        let Some(token) = rest.next() else {
-            let expected = format!("{} of {} digits", name(), field.digits());
-            return Err(Malformed::new(column, expected, "the end of the line"));
-        };
-        let number = parse_digits(field, token).ok_or_else(|| {
-            let expected = format!("{} hexadecimal digits of {}", field.digits(), name());
-            Malformed::new(column, expected, shown(token))
-        })?;
-        // What a device yields may be anything: that is for the judge.
-        if k < inputs {
-            in_range(field, column, number)?;
-        }
-        numbers.push(number);
-        column += token.len() + 1;
-    }
-    match rest.next() {
-        None => Ok(()),
-        Some(more) => Err(Malformed::new(column, "the end of the line", shown(more))),
-    }
-}
-
-/// At most 40 characters of what was found.
-fn shown(text: &str) -> String {
-    let mut out: String = text.chars().take(40).collect();
-    if out.len() < text.len() {
-        out.push('…');
-    }
-    format!("`{out}`")
-}
-
-fn parse_digits(field: &Field, token: &str) -> Option<i64> {
-    if token.len() != field.digits() || !token.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return None;
-    }
-    let word = u64::from_str_radix(token, 16).ok()?;
-    let spare = 64 - u32::try_from(field.padded_bits()).ok()?;
-    Some(if field.signed { (word << spare).cast_signed() >> spare } else { word.cast_signed() })
-}
-
-fn in_range(field: &Field, column: usize, number: i64) -> Result<(), Malformed> {
-    let [low, high] = field.range;
-    if (low..=high).contains(&number) {
-        return Ok(());
-    }
-    let expected = format!("{} from {low} to {high}", field.name);
-    Err(Malformed::new(column, expected, number.to_string()))
-}
-
-fn parse_json(shape: &Shape, line: &str, numbers: &mut Vec<i64>) -> Result<(), Malformed> {
-    let value: Value = serde_json::from_str(line)
-        .map_err(|e| Malformed::new(e.column().max(1), "one JSON object", e.to_string()))?;
-    let none = Map::new();
-    for (key, fields) in [("in", &shape.inputs), ("out", &shape.outputs)] {
-        let object = value.get(key).and_then(Value::as_object);
-        let Some(object) = object else {
-            return Err(Malformed::new(1, format!("an object `{key}`"), "none"));
-        };
-        let known = |name: &String| fields.iter().any(|f| f.name == *name);
-        if let Some(other) = object.keys().find(|name| !known(name)) {
-            let expected = format!("fields of `{key}` that the header lists");
-            return Err(Malformed::new(column_of(line, other), expected, shown(other)));
-        }
-        let object = if object.is_empty() { &none } else { object };
-        for field in fields {
-            let column = column_of(line, &field.name);
-            let values = match object.get(&field.name) {
-                Some(Value::Array(values)) => values.as_slice(),
-                Some(value) => std::slice::from_ref(value),
-                None => &[],
-            };
-            if values.len() != field.components {
-                let expected = format!("{} numbers of {}", field.components, field.name);
-                return Err(Malformed::new(column, expected, values.len().to_string()));
-            }
-            for value in values {
-                let number = json_number(field, column, value)?;
-                if key == "in" {
-                    in_range(field, column, number)?;
-                }
-                numbers.push(number);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Where a key stands in a line, from 1.
-fn column_of(line: &str, key: &str) -> usize {
-    line.find(&format!("\"{key}\"")).map_or(1, |at| at + 1)
-}
-
-fn json_number(field: &Field, column: usize, value: &Value) -> Result<i64, Malformed> {
-    let name = &field.name;
-    if field.meaning == Meaning::Word {
-        let word = value
-            .as_str()
-            .and_then(|s| s.strip_prefix("0x"))
-            .filter(|s| s.len() == 16)
-            .and_then(|s| u64::from_str_radix(s, 16).ok());
-        return word.map(u64::cast_signed).ok_or_else(|| {
-            let expected = format!("\"0x\" and 16 hexadecimal digits of {name}");
-            Malformed::new(column, expected, shown(&value.to_string()))
-        });
-    }
-    let Some(number) = value.as_i64() else {
-        let expected = format!("an integer {name}");
-        return Err(Malformed::new(column, expected, shown(&value.to_string())));
-    };
-    Ok(number)
 }

@@ -39,6 +39,58 @@ fn generated_vectors_pass_both_judges_and_a_wrong_bit_is_status_1() {
 }
 
 #[test]
+fn a_run_that_lost_cases_is_status_1_with_both_counts() {
+    let args = ["vectors", "gen", "eigen", "--count", "60", "--format", "readmemh"];
+    let vectors = tapline(&args).done().stdout;
+    let (all_but_one, _) = vectors.trim_end().rsplit_once('\n').unwrap();
+    for (text, found) in [(all_but_one.to_string(), 59), (vectors.clone() + all_but_one, 119)] {
+        let out = fed(&["vectors", "check", "eigen"], &text);
+        assert_eq!(out.status, Some(1), "{}", out.stderr);
+        let said = if found == 59 { 60 } else { 120 };
+        let words = format!("the header says {said} cases of eigen, found {found}");
+        assert!(out.stderr.contains(&words), "{}", out.stderr);
+    }
+    // An address that leaves words out, without a header that would tell.
+    let cases: Vec<&str> = vectors.lines().filter(|line| !line.starts_with('/')).collect();
+    let out = fed(&["vectors", "check", "eigen"], &format!("@7\n{}\n@a\n{}", cases[0], cases[1]));
+    assert_eq!(out.status, Some(1));
+    assert!(out.stderr.contains("addresses leave 2 cases"), "{}", out.stderr);
+    assert!(out.stderr.contains("no header says how many cases"), "{}", out.stderr);
+}
+
+#[test]
+fn what_simulators_print_is_read_and_an_unknown_digit_is_a_wrong_case() {
+    let args = ["vectors", "gen", "eigen", "--count", "3", "--format", "readmemh"];
+    let vectors = tapline(&args).done().stdout;
+    let cases: Vec<&str> = vectors.lines().filter(|line| !line.starts_with('/')).collect();
+    let joined = |k: usize| cases[k].replace('_', "");
+    // No separators, capitals, tabs, comments over lines, two words a line, an address, CRLF.
+    let printed = format!(
+        "/* a memory\r\n @9 of words */\t{}\r\n@1 // the rest\r\n\t{}  {}\r\n",
+        joined(0).to_uppercase(),
+        joined(1),
+        cases[2]
+    );
+    for (args, text) in [
+        (&["vectors", "check", "eigen"][..], printed.as_str()),
+        (&["vectors", "check", "eigen", "--format", "readmemh"], &printed),
+        (&["vectors", "check", "eigen", "--format", "hex"], &joined(2)),
+    ] {
+        let out = fed(args, text);
+        assert_eq!(out.status, Some(0), "{}", out.stderr);
+    }
+    let mut unknown = joined(1);
+    unknown.replace_range(unknown.len() - 1.., "X");
+    let text = format!("{}\n{unknown}\n{}\n", joined(0), joined(2));
+    let out = fed(&["vectors", "check", "eigen"], &text);
+    assert_eq!(out.status, Some(1), "{}", out.stderr);
+    assert!(out.stdout.contains("line 2, flags[0]: "), "{}", out.stdout);
+    assert!(out.stderr.contains("3 cases, 1 wrong"), "{}", out.stderr);
+    // A word that a dying simulation cut off is no case.
+    assert_eq!(fed(&["vectors", "check", "eigen"], &joined(0)[..40]).status, Some(2));
+}
+
+#[test]
 fn malformed_vectors_are_status_2_with_line_and_column() {
     let args = ["vectors", "gen", "bump", "--count", "3"];
     let vectors = tapline(&args).done().stdout;
