@@ -102,8 +102,9 @@ pub(crate) fn leading_zeros<const N: usize, const C: usize>(n: usize, x: &Lanes<
     each(n, |i| i64::from(any[i].leading_zeros()))
 }
 
-/// Components moved `up` (so far that the block's leading one is next to the sign), then rounded by one
-/// shift for all lanes: ones that round up to the next power of two stay at the largest code.
+/// Components moved `up` (so far that the block's leading one is next to the sign; one place down, its
+/// bit kept sticky, where −1), then rounded by one shift for all lanes: ones that round up to the next
+/// power of two stay at the largest code.
 #[inline(always)]
 pub(crate) fn mantissas<const N: usize, const C: usize>(
     n: usize,
@@ -117,7 +118,8 @@ pub(crate) fn mantissas<const N: usize, const C: usize>(
     let low = (1i64 << (down - 1)) - 1;
     for (out, x) in out.iter_mut().zip(x) {
         for i in 0..n.min(N) {
-            let y = x[i] << (up(i) & 63);
+            let less = (up(i) >> 63) & 1;
+            let y = ((x[i] >> less) | (x[i] & less)) << ((up(i) + less) & 63);
             let kept = y >> down;
             let rest = y & (2 * low + 1);
             out[i] = (kept + ((rest + low + (kept & 1)) >> down)).clamp(-max, max);

@@ -126,8 +126,9 @@ pub fn registers(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Row>, InputError> {
     let subjects = [Subject::Env, Subject::Hit, Subject::Tex, Subject::Stage(Stage::RayCone)];
+    let pairs = subjects.into_iter().flat_map(|subject| Class::ALL.map(|class| (subject, class)));
     let jobs: Vec<(Subject, Class)> =
-        subjects.into_iter().flat_map(|subject| Class::ALL.map(|class| (subject, class))).collect();
+        pairs.filter(|(subject, class)| class.concerns(*subject)).collect();
     let parts: Vec<Result<Rows, InputError>> = jobs
         .par_iter()
         .map(|(subject, class)| {

@@ -20,16 +20,25 @@ named! {
         Patterns = "patterns",
         /// Rows of the specification's section 8, turned by the cube's 48 symmetries.
         Extremes = "extremes",
+        /// Every number at an end of its range, at zero or next to it: the largest products and sums.
+        Corners = "corners",
     }
 }
 
 impl Class {
+    /// Whether it tells anything of a subject: the words of an operation have their own extremes.
+    #[must_use]
+    pub const fn concerns(self, subject: Subject) -> bool {
+        !matches!((self, subject), (Self::Corners, Subject::Env | Subject::Hit | Subject::Tex))
+    }
+
     const fn salt(self) -> u64 {
         match self {
             Self::Ordinary => 0x6f72_6469,
             Self::Exponents => 0x6578_706f,
             Self::Patterns => 0x7061_7474,
             Self::Extremes => 0x6578_7472,
+            Self::Corners => 0x636f_726e,
         }
     }
 }
@@ -52,13 +61,34 @@ pub fn fill(model: &mut Harness, subject: Subject, place: Place, input: &mut [i6
     let Place { class, level, seed, index } = place;
     let mut random = Random::of_case(seed, class.salt(), index);
     let stimulus = match class {
-        Class::Ordinary | Class::Patterns => ordinary(subject, &mut random),
+        Class::Ordinary | Class::Patterns | Class::Corners => ordinary(subject, &mut random),
         Class::Exponents => exponents(subject, &mut random),
         Class::Extremes => extreme(subject, index, &mut random),
     };
     model.drive(&stimulus, input);
     if class == Class::Patterns {
         sweep(model, level, index, &mut random, input);
+    }
+    if class == Class::Corners {
+        corners(model, index, &mut random, input);
+    }
+}
+
+/// Puts every number at a corner; powers of two stay what the stages before made of them. Cases 0 and
+/// 1 have all numbers at the low and at the high end. In every second case after them a field's
+/// numbers are all the same.
+fn corners(model: &Harness, index: u64, random: &mut Random, input: &mut [i64]) {
+    let mut numbers = input.iter_mut();
+    for field in &model.shape().inputs {
+        let [low, high] = field.range;
+        let ends = [low, high, 0.clamp(low, high), 1.clamp(low, high), (-1).clamp(low, high)];
+        let same = ends[if index < 2 { num::usize(index) } else { random.index(3) }];
+        for number in numbers.by_ref().take(field.components) {
+            let own = if index % 2 == 0 || index < 2 { same } else { random.one_of(&ends) };
+            if !matches!(field.meaning, Meaning::Power | Meaning::Fraction(_)) {
+                *number = own;
+            }
+        }
     }
 }
 
@@ -69,11 +99,13 @@ pub fn sweep_len(model: &Harness, level: u32) -> u64 {
     shape.inputs.iter().map(|f| patterns::count(f, level) * num::u64(f.components)).sum()
 }
 
-/// The cases of a vector file: every extreme, every pattern, then ordinary numbers and exponents by turns.
+/// The cases of a vector file: every extreme, every pattern, corners, then ordinary numbers and exponents
+/// by turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     extremes: u64,
     patterns: u64,
+    corners: u64,
     level: u32,
     seed: u64,
 }
@@ -83,28 +115,38 @@ impl Schedule {
     #[must_use]
     pub fn new(model: &Harness, subject: Subject, level: u32, seed: u64) -> Self {
         let turns = if level > 1 { 48 } else { 1 };
-        Self { extremes: rows(subject) * turns, patterns: sweep_len(model, level), level, seed }
+        let (extremes, patterns) = (rows(subject) * turns, sweep_len(model, level));
+        let corners = match level {
+            _ if !Class::Corners.concerns(subject) => 0,
+            1 => 128,
+            _ => 2048,
+        };
+        Self { extremes, patterns, corners, level, seed }
     }
 
     /// Cases that cover the level.
     #[must_use]
     pub fn cases(&self) -> u64 {
         let more = if self.level > 1 { 4096 } else { 256 };
-        self.extremes + self.patterns + more
+        self.extremes + self.patterns + self.corners + more
     }
 
     /// Case `index`.
     #[must_use]
     pub fn place(&self, index: u64) -> Place {
-        let (class, index) = if index < self.extremes {
-            (Class::Extremes, index)
-        } else if index - self.extremes < self.patterns {
-            (Class::Patterns, index - self.extremes)
-        } else {
-            let k = index - self.extremes - self.patterns;
-            let class = if k.is_multiple_of(2) { Class::Ordinary } else { Class::Exponents };
-            (class, k / 2)
-        };
+        let mut index = index;
+        for (class, count) in [
+            (Class::Extremes, self.extremes),
+            (Class::Patterns, self.patterns),
+            (Class::Corners, self.corners),
+        ] {
+            if index < count {
+                return Place { class, level: self.level, seed: self.seed, index };
+            }
+            index -= count;
+        }
+        let class = if index.is_multiple_of(2) { Class::Ordinary } else { Class::Exponents };
+        let index = index / 2;
         Place { class, level: self.level, seed: self.seed, index }
     }
 }

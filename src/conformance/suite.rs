@@ -201,7 +201,7 @@ impl Suite {
                 if !configuration.concerns(subject) {
                     continue;
                 }
-                for class in Class::ALL {
+                for class in Class::ALL.into_iter().filter(|class| class.concerns(subject)) {
                     out.push(Self { subject, configuration, class });
                 }
             }

@@ -5,5 +5,6 @@
 )]
 
 mod budget;
+mod corners;
 mod mutants;
 mod vectors;

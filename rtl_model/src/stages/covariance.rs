@@ -102,6 +102,7 @@ pub fn covariance<const N: usize, T: Tap>(
             *sum = each(lanes, |i| sum[i] + more[i]);
         }
     }
+    // Where all words of a row stand at −2^w the sum is 2^62, and an even shift takes one place more.
     let width = cfg.k.bits();
     let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
     let shift: [i64; N] = each(lanes, |i| {
