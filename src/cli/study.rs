@@ -22,7 +22,7 @@ use crate::settings::Settings;
 use crate::study::cost::CostModel;
 use crate::study::plan::{Place, Plan};
 use crate::study::runner::{Host, Study};
-use crate::study::store::{Journal, Paths, Results, Shard, finish, merge};
+use crate::study::store::{Journal, Paths, Results, Shard, finish, merge, replaceable, same_study};
 use crate::study::sweep::Measuring;
 use crate::truth::TruthOptions;
 
@@ -251,9 +251,10 @@ fn run_study(args: &RunArgs) -> Result<(), Failure> {
     let spent = study.run(args.shard, &done, &how, &mut files)?;
     let seconds = start.elapsed().as_secs_f64();
     let Files { journal, rows, bar, .. } = files;
-    drop((journal, bar));
+    drop(bar);
     finish(&paths, &header, &rows)?;
     remove(&paths.journal)?;
+    drop(journal);
 
     let refused = rows.values().filter(|r| r.get("refused").is_some()).count();
     let share = spent.saved[0] as f64 / spent.saved[1].max(1) as f64;
@@ -307,16 +308,17 @@ fn open(
         if started {
             return Err(InputError::new(
                 paths.journal.display().to_string(),
-                "no study that was interrupted",
+                "no study that was interrupted or goes on",
                 "one",
                 "go on with --resume, or remove the file",
             ));
         }
+        replaceable(&paths.jsonl, header)?;
         return Ok((Some(Journal::create(&paths.journal, header)?), BTreeMap::new()));
     }
     if !started && paths.jsonl.exists() {
         let before = Results::read(&paths.jsonl, false)?;
-        crate::study::store::same_study(&paths.jsonl, &before.header, header)?;
+        same_study(&paths.jsonl, &before.header, header)?;
         return Ok((None, BTreeMap::new()));
     }
     if !started {

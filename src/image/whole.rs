@@ -12,7 +12,8 @@ use crate::error::InputError;
 
 /// A file under construction; dropped without [`WholeFile::commit`], it never was.
 ///
-/// A link is followed: the file it points to is replaced. A device or pipe (`/dev/null`) cannot be
+/// A link is followed: the file it points to is replaced. The rights of a file that is replaced stay.
+/// A device or pipe (`/dev/null`) cannot be
 /// replaced and is written to directly.
 #[derive(Debug)]
 pub struct WholeFile {
@@ -28,7 +29,7 @@ impl WholeFile {
     /// A folder that does not exist or cannot be written to, and a path that is itself a folder.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, InputError> {
         let path = path.into();
-        let path = if path.is_symlink() { path.canonicalize().unwrap_or(path) } else { path };
+        let path = target(path);
         let checked = if path.is_dir() {
             Err(io::Error::other("a folder"))
         } else if is_special(&path) {
@@ -72,6 +73,9 @@ impl WholeFile {
         std::fs::create_dir_all(folder(&self.path))?;
         let mut file = temporary(&self.path)?;
         file.write_all(&self.contents)?;
+        if let Ok(before) = std::fs::metadata(&self.path) {
+            file.as_file().set_permissions(before.permissions())?;
+        }
         Ok(Some(file.into_temp_path()))
     }
 }
@@ -151,6 +155,16 @@ impl Drop for OutputFolder {
     fn drop(&mut self) {
         self.remove_empty();
     }
+}
+
+/// What a link points to, whether it is there yet or not; a path that is no link stays.
+fn target(mut path: PathBuf) -> PathBuf {
+    // As many links in a row as Linux follows.
+    for _ in 0..40 {
+        let Ok(to) = path.read_link() else { break };
+        path = folder(&path).join(to);
+    }
+    path
 }
 
 /// Whether a path names something that cannot be replaced.
@@ -233,6 +247,15 @@ mod tests {
         file.commit().unwrap();
         assert_eq!(std::fs::read(&real).unwrap(), b"new");
         assert!(link.is_symlink());
+        // A link by a relative path to a file that is not there yet; rights stay.
+        use std::os::unix::fs::PermissionsExt as _;
+        let ahead = folder.path().join("ahead");
+        std::os::unix::fs::symlink("later", &ahead).unwrap();
+        WholeFile::create(&ahead).unwrap().commit().unwrap();
+        assert!(ahead.is_symlink() && folder.path().join("later").is_file());
+        std::fs::set_permissions(&real, std::fs::Permissions::from_mode(0o640)).unwrap();
+        WholeFile::create(&link).unwrap().commit().unwrap();
+        assert_eq!(std::fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o640);
         let mut null = WholeFile::create("/dev/null").unwrap();
         null.write_with(|w| w.write_all(b"gone")).unwrap();
         null.commit().unwrap();

@@ -179,7 +179,7 @@ impl Plan {
                 none if none.is_empty() => COLUMNS.iter().map(|c| c.name.into()).collect(),
                 named => named,
             },
-            hash: hash_text(text_hash(&format!("{}\n{text}", unit.hash()))),
+            hash: hash_text(text_hash(&format!("{}\n{}", unit.hash(), meaning(text)))),
             unit,
         };
         if plan.sets.is_empty() && plan.unit_name.as_deref() == Some("preset:default") {
@@ -187,6 +187,12 @@ impl Plan {
         }
         Ok(plan)
     }
+}
+
+/// A study file without comments, line ends and order of keys.
+fn meaning(text: &str) -> String {
+    let table = toml::from_str::<toml::Table>(text);
+    table.map_or_else(|_| text.to_string(), |table| table.to_string())
 }
 
 /// Keys of a study file.

@@ -6,7 +6,7 @@
 //! machines its parts ran.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -188,7 +188,10 @@ impl Journal {
     pub fn create(path: &Path, header: &Value) -> Result<Self, InputError> {
         let unwritable = |e: std::io::Error| broken(path, "a file that can be written", e);
         make_folder(path).map_err(unwritable)?;
-        let file = File::create(path).map_err(unwritable)?;
+        let file = OpenOptions::new().create(true).truncate(false).write(true).open(path);
+        let file = file.map_err(unwritable)?;
+        lock(&file, path)?;
+        file.set_len(0).map_err(unwritable)?;
         let mut journal = Self { file, path: path.into() };
         journal.append(header)?;
         Ok(journal)
@@ -203,6 +206,7 @@ impl Journal {
         same_study(path, &before.header, header)?;
         let unwritable = |e: std::io::Error| broken(path, "a file that can be written", e);
         let file = OpenOptions::new().append(true).open(path).map_err(unwritable)?;
+        lock(&file, path)?;
         let whole = std::fs::read(path).map_err(unwritable)?;
         let end = whole.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
         file.set_len(end as u64).map_err(unwritable)?;
@@ -218,6 +222,43 @@ impl Journal {
         let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.flush());
         written.map_err(|e| broken(&self.path, "a file that can be written", e))
     }
+}
+
+/// Keeps other runs away until the file is closed, where the file system knows locks.
+fn lock(file: &File, path: &Path) -> Result<(), InputError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(InputError::new(
+            path.display().to_string(),
+            "a folder in which no other run of this part writes",
+            "one that goes on",
+            "wait for it, or take another --out",
+        )),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// Refuses to replace the finished results of another study.
+///
+/// # Errors
+/// Results of another study, or a file that holds none.
+pub fn replaceable(path: &Path, header: &Value) -> Result<(), InputError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let before = Results::read(path, false)?.header;
+    if common(&before) == common(header) {
+        return Ok(());
+    }
+    let name = |header: &Value| {
+        let text = |key: &str| header.get(key).and_then(Value::as_str).unwrap_or("?").to_string();
+        format!("`{}` (plan {}, tapline {})", text("study"), text("plan"), text("version"))
+    };
+    Err(InputError::new(
+        path.display().to_string(),
+        format!("no results, or those of {}", name(header)),
+        name(&before),
+        "take another --out, or remove the file",
+    ))
 }
 
 /// Refuses results of another study.
@@ -290,6 +331,7 @@ pub fn merge(parts: &[PathBuf], paths: &Paths) -> Result<usize, InputError> {
         let found = format!("{} of them; rows {} … are missing", all.len(), missing.join(", "));
         return Err(broken(&paths.jsonl, &format!("all {rows} rows of the study"), found));
     }
+    replaceable(&paths.jsonl, &header)?;
     make_folder(&paths.jsonl).map_err(|e| broken(&paths.jsonl, "a file that can be written", e))?;
     finish(paths, &header, &all)?;
     Ok(all.len())

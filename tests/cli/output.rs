@@ -150,3 +150,31 @@ fn a_run_leaves_nothing_until_it_is_done_so_that_a_signal_may_end_it() {
     child.wait().unwrap();
     assert_eq!(names(folder.path()), ["keep"]);
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_that_is_not_there_is_status_2_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    // 2 GB for a picture of 16384x16384 pixels.
+    let words =
+        "ulimit -v 2000000; exec \"$0\" render sphere --engine f64 --size 16384x16384 -o out.exr";
+    let ran: crate::run::Ran = std::process::Command::new("sh")
+        .args(["-c", words, env!("CARGO_BIN_EXE_tapline")])
+        .current_dir(folder.path())
+        .output()
+        .unwrap()
+        .into();
+    ran.refused(&["memory", "--size"]);
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn without_a_window_system_the_list_of_adapters_has_no_complaint_before_it() {
+    let out = crate::run::command()
+        .args(["gpu", "list"])
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("NODEVICE_SELECT")
+        .output()
+        .unwrap();
+    assert!(!String::from_utf8_lossy(&out.stderr).contains("XDG_RUNTIME_DIR"));
+}

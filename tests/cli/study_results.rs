@@ -49,7 +49,10 @@ fn a_study_that_was_stopped_or_split_gives_the_bytes_of_one_that_ran_through() {
     let journal: String = text.lines().take(8).map(|l| format!("{l}\n")).collect();
     let torn = &text.lines().nth(8).unwrap()[..40];
     fs::write(folder.join("stopped/results.part"), format!("{journal}{torn}")).unwrap();
-    run(folder, &["s.toml", "--out", "stopped", "--resume"]);
+    // The file has other line ends and a comment by now.
+    let edited = format!("# as before\n{STUDY}").replace('\n', "\r\n");
+    fs::write(folder.join("edited.toml"), edited).unwrap();
+    run(folder, &["edited.toml", "--out", "stopped", "--resume"]);
     assert_eq!(bytes(folder, "stopped"), whole);
     assert!(!folder.join("stopped/results.part").exists());
     // Again: nothing is left to do, and nothing changes.
@@ -81,6 +84,25 @@ fn a_study_that_was_stopped_or_split_gives_the_bytes_of_one_that_ran_through() {
 
     replay(folder, &rows);
     foreign(folder, &journal);
+    replaced(folder, &whole);
+}
+
+/// Finished results of another study stay; those of the same one may be written again.
+fn replaced(folder: &Path, whole: &[Vec<u8>; 2]) {
+    let out = folder.join("whole").display().to_string();
+    let [s, t] = ["s.toml", "t.toml"].map(|f| folder.join(f).display().to_string());
+    fs::write(&t, STUDY.replace("[4, 8]", "[5, 8]").replace("title = \"", "title = \"other "))
+        .unwrap();
+    tapline(&["study", &t, "--out", &out]).refused(&["results.jsonl", "`other ", "another --out"]);
+    assert_eq!(bytes(folder, "whole"), *whole);
+    run(folder, &["s.toml", "--out", "whole"]);
+    assert_eq!(bytes(folder, "whole"), *whole);
+    // A run that goes on holds its journal.
+    let path = folder.join("other/results.part");
+    let journal = fs::File::open(&path).unwrap();
+    journal.lock().unwrap();
+    let other = folder.join("other").display().to_string();
+    tapline(&["study", &s, "--out", &other, "--resume"]).refused(&["no other run", "results.part"]);
 }
 
 /// The printed command gives the figures of the row.
