@@ -84,7 +84,8 @@ fn corners(model: &Harness, index: u64, random: &mut Random, input: &mut [i64]) 
         let ends = [low, high, 0.clamp(low, high), 1.clamp(low, high), (-1).clamp(low, high)];
         let same = ends[if index < 2 { num::usize(index) } else { random.index(3) }];
         for number in numbers.by_ref().take(field.components) {
-            let own = if index.is_multiple_of(2) || index < 2 { same } else { random.one_of(&ends) };
+            let own =
+                if index.is_multiple_of(2) || index < 2 { same } else { random.one_of(&ends) };
             if !matches!(field.meaning, Meaning::Power | Meaning::Fraction(_)) {
                 *number = own;
             }
