@@ -3,7 +3,7 @@
 use super::address::{Address, address};
 use super::bump::bump;
 use super::covariance::covariance;
-use super::cube_face::cube_face;
+use super::cube_face::{Facing, cube_face};
 use super::eigen::{Axes, eigen};
 use super::filter::{Levels, filter};
 use super::flags::{Flag, Flags};
@@ -57,6 +57,27 @@ pub(super) struct Front {
     pub(super) axis: [f64; 2],
     pub(super) flags: Flags,
     pub(super) exact: bool,
+}
+
+impl Front {
+    #[inline]
+    pub(super) fn new<R: Real>(
+        facing: &Facing<R>,
+        d: &[[R; 2]; 2],
+        (k, axes): ([R; 3], &Axes<R>),
+        flags: Flags,
+        exact: bool,
+    ) -> Self {
+        Self {
+            centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
+            d: d.map(|row| row.map(R::to_f64)),
+            k: k.map(R::to_f64),
+            lambda: axes.lambda.map(R::to_f64),
+            axis: axes.axis.map(Real::to_f64),
+            flags,
+            exact,
+        }
+    }
 }
 
 /// The ENV operation on one fragment, in float64.
@@ -246,15 +267,7 @@ fn run_front<R: Real, T: Tap>(
         // A matrix that is no rotation may cancel what it is applied to.
         largest(reflection.v_r) * facing.inv_ma < R::from_f64(4096.0)
     });
-    Front {
-        centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
-        d: jacobian.d.map(|row| row.map(R::to_f64)),
-        k: k.map(R::to_f64),
-        lambda: axes.lambda.map(R::to_f64),
-        axis: axes.axis.map(Real::to_f64),
-        flags,
-        exact,
-    }
+    Front::new(&facing, &jacobian.d, (k, &axes), flags, exact)
 }
 
 /// K of D and of B', where there is one, and its axes; `saturated` says that D left the doubles.

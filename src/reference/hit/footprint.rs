@@ -2,12 +2,9 @@
 
 use super::Hit;
 use crate::policy::{ConeEnv, HitFootprint, HitStatus};
-use crate::reference::address::Address;
-use crate::reference::covariance::covariance;
 use crate::reference::cube_face::cube_face;
 use crate::reference::distances::{Distances, unit};
-use crate::reference::eigen::eigen;
-use crate::reference::env::{Env, Front, back_end, trusted};
+use crate::reference::env::{Env, Front, back_end, ellipse, trusted};
 use crate::reference::flags::{Flag, Flags};
 use crate::reference::prepared::Prepared;
 use crate::reference::real::{Real, saturate};
@@ -127,31 +124,8 @@ fn front<R: Real, T: Tap>(
         }
     }
     put(tap, Stage::Jacobian, "d", d.as_flattened());
-    let k = covariance(&d, None, tap);
-    let axes = eigen(
-        k,
-        [Some(&d), None],
-        (settings.policy.footprint.axis, settings.policy.eigen.minor),
-        prepared.angles(),
-        tap,
-    );
+    let saturated = Flag::DerivativesSaturated;
+    let (k, axes) = ellipse(prepared, (&d, saturated), None, &mut flags, tap);
     let exact = trusted(k, terms, zero, axes.lambda, settings.policy.eigen.minor);
-    for (values, flag) in [
-        (d.as_flattened(), Flag::DerivativesSaturated),
-        (&k, Flag::CovarianceSaturated),
-        (&axes.lambda, Flag::LambdaSaturated),
-    ] {
-        if values.iter().any(|x| x.is_beyond_range()) {
-            flags.insert(flag);
-        }
-    }
-    Front {
-        centre: Address { face: facing.face, u: facing.u.to_f64(), v: facing.v.to_f64() },
-        d: d.map(|row| row.map(R::to_f64)),
-        k: k.map(R::to_f64),
-        lambda: axes.lambda.map(R::to_f64),
-        axis: axes.axis.map(Real::to_f64),
-        flags,
-        exact,
-    }
+    Front::new(&facing, &d, (k, &axes), flags, exact)
 }
