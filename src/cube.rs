@@ -44,15 +44,19 @@ pub fn major_face(d: [f64; 3]) -> usize {
 #[inline]
 #[must_use]
 pub fn face_uv([x, y, z]: [f64; 3]) -> (usize, f64, f64) {
-    let [ax, ay, az] = [x, y, z].map(f64::abs);
-    let (axis, [s, t, m]) = if az >= ax && az >= ay {
-        (2, [if z < 0.0 { -x } else { x }, -y, z])
-    } else if ay >= ax {
-        (1, [x, if y < 0.0 { -z } else { z }, y])
-    } else {
-        (0, [if x < 0.0 { z } else { -z }, -y, x])
+    // Values that are chosen, not branches: directions of samples jump from face to face.
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let by_z = az >= ax && az >= ay;
+    let by_y = !by_z && ay >= ax;
+    let choose = |of_x: f64, of_y: f64, of_z: f64| {
+        let of_xy = if by_y { of_y } else { of_x };
+        if by_z { of_z } else { of_xy }
     };
-    (2 * axis + usize::from(m < 0.0), s / m.abs(), t / m.abs())
+    let major = choose(x, y, z);
+    let sign = if major < 0.0 { -1.0 } else { 1.0 };
+    let (s, t) = (choose(sign * -z, x, sign * x), choose(-y, sign * z, -y));
+    let axis = if by_z { 2 } else { usize::from(by_y) };
+    (2 * axis + usize::from(major < 0.0), s / major.abs(), t / major.abs())
 }
 
 /// The texel that stands in for (x, y) of `face` where exactly one of x, y is −1 or `size`.

@@ -16,7 +16,7 @@ use crate::cube::CubeMap;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use sampling::{Strata, Sums};
+use sampling::{Seen, Shade, Strata, Sums};
 use texels::PaddedCube;
 
 /// How hard truth tries.
@@ -73,22 +73,27 @@ pub fn truth(
     progress: &(dyn Fn(u64) + Sync),
 ) -> TruthPicture {
     let environment = PaddedCube::new(&texture.levels[0]);
+    let rows = DMat3::from_cols_array_2d(&settings.rotation);
     let pixels: Vec<[u32; 2]> = scene.fragments.iter().map(|f| f.pixel).collect();
-    let shade = |x: f64, y: f64| {
-        let d = scene.surface.shade_point(x, y)?;
-        Some(environment.look_up(turned(settings, d)))
+    let shade = |places: &[[f64; 2]], colours: &mut Vec<_>| {
+        // Directions first, then what lies there: the loads of many samples are under way at the same time.
+        let directions = places.iter().map(|&[x, y]| scene.surface.shade_point(x, y));
+        colours.extend(directions.map(|d| d.map(|d| rows.transpose_mul_vec3(d).to_array())));
+        for colour in colours.iter_mut().flatten() {
+            *colour = environment.look_up(*colour);
+        }
     };
     let size = [scene.width, scene.height];
     supersample(size, &pixels, &shade, options, progress)
 }
 
 /// Supersamples anything: `shade` gets image positions inside the `pixels` of a picture of that width and
-/// height and returns a colour or, where the object is missed, nothing. Everything else as [`truth`].
+/// height. Everything else as [`truth`].
 #[must_use]
 pub fn supersample(
     [width, height]: [usize; 2],
     pixels: &[[u32; 2]],
-    shade: &(dyn Fn(f64, f64) -> Option<[f64; 3]> + Sync),
+    shade: &Shade<'_>,
     options: &TruthOptions,
     progress: &(dyn Fn(u64) + Sync),
 ) -> TruthPicture {
@@ -128,12 +133,19 @@ pub fn supersample(
     }
 }
 
+/// A function that shades positions one by one.
+pub fn each(
+    shade: impl Fn(f64, f64) -> Option<[f64; 3]> + Sync,
+) -> impl Fn(&[[f64; 2]], &mut Seen) + Sync {
+    move |places, colours| colours.extend(places.iter().map(|&[x, y]| shade(x, y)))
+}
+
 /// All rounds of one pixel: what was summed, the mean colour and its standard error by channel.
 fn pixel(
     strata: &Strata,
     options: &TruthOptions,
     pixel: [u32; 2],
-    shade: &dyn Fn(f64, f64) -> Option<[f64; 3]>,
+    shade: &Shade<'_>,
 ) -> (Sums, [f64; 3], [f64; 3]) {
     let mut sums = Sums::default();
     let mut round = 0;
@@ -142,7 +154,9 @@ fn pixel(
         round += 1;
         let Some((colour, error)) = sums.estimate() else {
             let centre = pixel.map(|c| f64::from(c) + 0.5);
-            let colour = shade(centre[0], centre[1]).unwrap_or([0.0; 3]);
+            let mut seen = Vec::new();
+            shade(&[centre], &mut seen);
+            let colour = seen.into_iter().flatten().next().unwrap_or([0.0; 3]);
             return (sums, colour, colour.map(f64::abs));
         };
         let brightest = colour.iter().fold(1.0f64, |most, c| most.max(*c));

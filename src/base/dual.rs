@@ -128,31 +128,38 @@ impl Scalar for Dual {
 }
 
 /// ⟨a, b⟩.
+#[inline]
 pub fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// A vector of constants.
+#[inline]
 pub fn constants<S: Scalar>(a: DVec3) -> [S; 3] {
-    a.to_array().map(S::constant)
+    [S::constant(a.x), S::constant(a.y), S::constant(a.z)]
 }
 
 /// A vector without its derivatives.
+#[inline]
 pub fn values<S: Scalar>(a: [S; 3]) -> DVec3 {
-    a.map(S::value).into()
+    DVec3::new(a[0].value(), a[1].value(), a[2].value())
 }
 
 /// k·a.
+// Written out, here and below: `map` is a call.
+#[inline]
 pub fn scaled<S: Scalar>(a: [S; 3], k: S) -> [S; 3] {
-    a.map(|c| c * k)
+    [a[0] * k, a[1] * k, a[2] * k]
 }
 
 /// a + b.
+#[inline]
 pub fn sum<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// a − b.
+#[inline]
 pub fn difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

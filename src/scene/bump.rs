@@ -237,6 +237,7 @@ impl BumpMap {
     }
 
     /// Bilinear offset of level 0 at (s, t), repeating: what truth calls the unfiltered map.
+    #[inline]
     #[must_use]
     pub fn bilinear(&self, s: f64, t: f64) -> [f64; 2] {
         let x = Taps::new(s, self.width);
@@ -270,13 +271,15 @@ impl Taps {
         reason = "the whole part is within 0..=size after the fraction was taken and one texel added"
     )]
     pub(super) fn new(coordinate: f64, size: usize) -> Self {
-        let fraction = coordinate - coordinate.floor();
+        let fraction = coordinate - num::floor(coordinate);
         let fraction = if fraction.is_finite() { fraction } else { 0.0 };
         // Half a texel back, one texel on: positive, and the same texel after the wrap.
         let place = fraction * size as f64 + 0.5;
-        let whole = place.floor();
+        let whole = place as u32;
         let index = whole as usize + size - 1;
-        Self { first: index % size, second: (index + 1) % size, weight: place - whole }
+        let first = if index < size { index } else { index - size };
+        let second = if first + 1 < size { first + 1 } else { 0 };
+        Self { first, second, weight: place - f64::from(whole) }
     }
 }
 

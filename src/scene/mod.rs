@@ -123,6 +123,7 @@ impl Surface {
     /// exact surface and the unfiltered bump map; `None` where the surface is missed. Not normalised.
     ///
     /// Unfiltered means: level 0, bilinear between texels.
+    #[inline]
     #[must_use]
     pub fn shade_point(&self, px: f64, py: f64) -> Option<DVec3> {
         let ray = self.camera.ray(px, py);
@@ -180,6 +181,7 @@ impl Surface {
 }
 
 /// e1 = (h × n)/|h × n|·|n| and e2 = (n × e1)/|n|; for h parallel to n any orthogonal pair.
+#[inline]
 #[must_use]
 pub fn local_frame(n: DVec3, h: DVec3) -> (DVec3, DVec3) {
     let mut side = h.cross(n);

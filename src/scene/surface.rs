@@ -45,6 +45,7 @@ impl Camera {
 
     /// The ray through an image position in pixels from the top left corner, not normalised; v is its
     /// negative.
+    #[inline]
     pub fn ray<S: Scalar>(&self, px: S, py: S) -> [S; 3] {
         let x = px - S::constant(self.centre[0]);
         let y = py - S::constant(self.centre[1]);
@@ -153,6 +154,7 @@ impl Shape {
 
     /// Meets the surface along a ray from the origin; `None` where it misses. Texture coordinates are
     /// worked out only where `textured`.
+    #[inline]
     pub fn hit<S: Scalar>(&self, ray: [S; 3], textured: bool) -> Option<Hit<S>> {
         let zero = [S::constant(0.0); 2];
         let h = self.main_direction();
@@ -250,6 +252,7 @@ fn on_mesh<S: Scalar>(mesh: &Mesh, ray: [S; 3], textured: bool) -> Option<Hit<S>
 
 /// The nearest multiple of the ray on a ball that does not hold the origin; a ray that only touches it
 /// misses, because derivatives are not finite there.
+#[inline]
 fn ball<S: Scalar>(ray: [S; 3], centre: [S; 3], radius: f64) -> Option<S> {
     let square = dot(ray, ray);
     let along = dot(ray, centre);
@@ -263,6 +266,7 @@ fn ball<S: Scalar>(ray: [S; 3], centre: [S; 3], radius: f64) -> Option<S> {
 }
 
 /// Texture coordinates of a point by its place in a plane; `None` outside a round outline.
+#[inline]
 fn outline<S: Scalar>(
     point: [S; 3],
     middle: DVec3,
@@ -271,7 +275,8 @@ fn outline<S: Scalar>(
     tile: f64,
 ) -> Option<[S; 2]> {
     let from_middle = difference(point, constants(middle));
-    let [s, up] = across.map(|axis| dot(from_middle, constants(axis)));
+    let along = |axis: DVec3| dot(from_middle, constants(axis));
+    let (s, up) = (along(across[0]), along(across[1]));
     let square = s.value() * s.value() + up.value() * up.value();
     if square > aperture * aperture {
         return None;

@@ -13,7 +13,7 @@ use crate::reference::{Env, Flags, Texture, ewa_counted};
 use crate::report::metrics;
 use crate::scene::hit::HitScene;
 use crate::truth::texels::PaddedCube;
-use crate::truth::{TruthOptions, TruthPicture, supersample};
+use crate::truth::{TruthOptions, TruthPicture, each, supersample};
 
 /// What spans the footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,7 +141,7 @@ fn supersampled(scene: &HitScene, map: &CubeMap, options: &TruthOptions) -> Trut
         )
     };
     let pixels = scene.pixels();
-    supersample([scene.width, scene.height], &pixels, &shade, options, &|_| {})
+    supersample([scene.width, scene.height], &pixels, &each(shade), options, &|_| {})
 }
 
 /// Figures by name: each footprint's PSNR against supersampled rays, and the error of those as they are shown.

@@ -2,6 +2,12 @@
 
 use crate::base::random::hash;
 
+/// Colours or, where the object is missed, nothing.
+pub type Seen = Vec<Option<[f64; 3]>>;
+
+/// Appends what is seen at image positions.
+pub type Shade<'a> = dyn Fn(&[[f64; 2]], &mut Seen) + Sync + 'a;
+
 /// How a round of samples covers a pixel: g rows of 2g strata, two samples in each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strata {
@@ -25,34 +31,37 @@ impl Strata {
         4 * u64::from(self.rows) * u64::from(self.rows)
     }
 
-    /// Adds a round of a pixel's samples. `shade` gets image positions and returns a colour or, where
-    /// the surface is missed, nothing.
+    /// Adds a round of a pixel's samples, a row of strata at a time.
     pub fn round(
         &self,
         seed: u64,
         pixel: [u32; 2],
         round: u64,
-        shade: &dyn Fn(f64, f64) -> Option<[f64; 3]>,
+        shade: &Shade<'_>,
         sums: &mut Sums,
     ) {
         let key = hash(hash(seed ^ (u64::from(pixel[1]) << 32 | u64::from(pixel[0]))) ^ round);
         let corner = pixel.map(f64::from);
         let step = [0.5, 1.0].map(|c| c / f64::from(self.rows));
         let mut counter = 0;
+        let (mut places, mut colours) = (Vec::new(), Vec::new());
         for row in 0..self.rows {
+            places.clear();
             for column in 0..2 * self.rows {
-                let mut sample = || {
+                for _ in 0..2 {
                     let random = hash(key.wrapping_add(counter));
                     counter += 1;
-                    let [x, y] = [random >> 32, random & 0xFFFF_FFFF].map(unit);
-                    shade(
+                    let (x, y) = (unit(random >> 32), unit(random & 0xFFFF_FFFF));
+                    places.push([
                         corner[0] + (f64::from(column) + x) * step[0],
                         corner[1] + (f64::from(row) + y) * step[1],
-                    )
-                };
-                let pair = [sample(), sample()];
-                sums.add(pair);
+                    ]);
+                }
             }
+            colours.clear();
+            shade(&places, &mut colours);
+            let (pairs, _) = colours.as_chunks();
+            pairs.iter().for_each(|pair| sums.add(*pair));
         }
     }
 }
@@ -127,18 +136,20 @@ mod tests {
         for (samples, rows) in [(1, 1), (4, 1), (5, 2), (16, 2), (256, 8), (257, 9)] {
             let strata = Strata::new(samples);
             assert_eq!(strata.samples(), 4 * rows * rows);
-            let counts = std::cell::RefCell::new(std::collections::BTreeMap::new());
+            let counts = std::sync::Mutex::new(std::collections::BTreeMap::new());
             let mut sums = Sums::default();
-            let shade = |x: f64, y: f64| {
-                let (x, y) = (x - 7.0, y - 3.0);
-                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
-                let rows = rows as f64;
-                let key = format!("{} {}", (x * 2.0 * rows).floor(), (y * rows).floor());
-                *counts.borrow_mut().entry(key).or_insert(0) += 1;
-                None
+            let shade = |places: &[[f64; 2]], colours: &mut Vec<_>| {
+                for [x, y] in places {
+                    let (x, y) = (x - 7.0, y - 3.0);
+                    assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+                    let rows = rows as f64;
+                    let key = format!("{} {}", (x * 2.0 * rows).floor(), (y * rows).floor());
+                    *counts.lock().unwrap().entry(key).or_insert(0) += 1;
+                    colours.push(None);
+                }
             };
             strata.round(5, [7, 3], 0, &shade, &mut sums);
-            let counts = counts.into_inner();
+            let counts = counts.into_inner().unwrap();
             assert_eq!(counts.len() as u64, 2 * rows * rows);
             assert!(counts.values().all(|count| *count == 2));
             assert_eq!((sums.taken(), sums.estimate()), (4 * rows * rows, None));
@@ -168,13 +179,14 @@ mod tests {
     #[test]
     fn rounds_pixels_and_seeds_have_samples_of_their_own() {
         let first = |seed, pixel, round| {
-            let places = std::cell::RefCell::new(Vec::new());
-            let shade = |x: f64, y: f64| {
-                places.borrow_mut().push([x - x.floor(), y - y.floor()].map(f64::to_bits));
-                None
+            let places = std::sync::Mutex::new(Vec::new());
+            let shade = |row: &[[f64; 2]], colours: &mut Vec<_>| {
+                let inside = row.iter().map(|place| place.map(|x| (x - x.floor()).to_bits()));
+                places.lock().unwrap().extend(inside);
+                colours.extend(row.iter().map(|_| None));
             };
             Strata::new(4).round(seed, pixel, round, &shade, &mut Sums::default());
-            places.into_inner()
+            places.into_inner().unwrap()
         };
         let own = first(0, [1, 2], 0);
         assert_eq!(own, first(0, [1, 2], 0));

@@ -43,6 +43,7 @@ impl PaddedCube {
     }
 
     /// Bilinear texel in a direction of any length. A direction that is zero or not finite counts as +z.
+    #[inline]
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
@@ -58,12 +59,12 @@ impl PaddedCube {
         let place = |u: f64| ((u + 1.0) * 0.5 * size + 0.5).clamp(0.0, size + 0.5);
         let (x, y) = (place(u), place(v));
         // Never negative, so that the conversion is the floor.
-        let (x0, y0) = (x as usize, y as usize);
-        let (fx, fy) = (x - x0 as f64, y - y0 as f64);
+        let (x0, y0) = (x as u32, y as u32);
+        let (fx, fy) = (x - f64::from(x0), y - f64::from(y0));
         let stride = self.size + 2;
-        let start = (face * stride + y0) * stride + x0;
-        let rows = [start, start + stride].map(|i| [self.texels[i], self.texels[i + 1]]);
-        let [[a, b], [c, d]] = rows;
+        let start = (face * stride + y0 as usize) * stride + x0 as usize;
+        let row = |i: usize| [self.texels[i], self.texels[i + 1]];
+        let ([a, b], [c, d]) = (row(start), row(start + stride));
         // Written out: the closures of `map` are not inlined below opt-level 3.
         let channel = |i: usize| {
             let above = f64::from(a[i]) + (f64::from(b[i]) - f64::from(a[i])) * fx;

@@ -22,8 +22,8 @@ use crate::picture::Picture;
 use crate::reference::{NoTap, Texture, ewa_counted};
 use crate::scene::hit::{HitScene, PixelRay};
 use crate::settings::Settings;
-use crate::truth::supersample;
 use crate::truth::texels::PaddedCube;
+use crate::truth::{each, supersample};
 
 /// Rays that one task takes at a time.
 const CHUNK: usize = 256;
@@ -219,7 +219,8 @@ impl Engine<HitJob> for TruthEngine {
             .then_some(sum)
         };
         let size = [job.scene.width, job.scene.height];
-        let result = supersample(size, &job.scene.pixels(), &shade, &self.options, progress);
+        let pixels = job.scene.pixels();
+        let result = supersample(size, &pixels, &each(shade), &self.options, progress);
         Ok(Rendering::by_rays(start, result, &job.background))
     }
 }

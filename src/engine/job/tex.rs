@@ -32,7 +32,7 @@ use crate::scene::tex::TexScene;
 use crate::scene::tex::path::{Event, Path};
 use crate::settings::Settings;
 use crate::truth::texels::PaddedCube;
-use crate::truth::{supersample, turned};
+use crate::truth::{each, supersample, turned};
 use crate::unit::UnitSpec;
 
 /// A probe line that is kept, with the index of its texture.
@@ -332,7 +332,7 @@ impl Engine<TexJob> for TruthEngine {
         let (width, height) = (job.scene.width, job.scene.height);
         let pixels: Vec<[u32; 2]> =
             (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(num::u32))).collect();
-        let result = supersample([width, height], &pixels, &shade, &self.options, progress);
+        let result = supersample([width, height], &pixels, &each(shade), &self.options, progress);
         Ok(Rendering::by_rays(start, result, &[]))
     }
 }
