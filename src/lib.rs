@@ -32,5 +32,6 @@ pub mod settings;
 pub mod srgb;
 pub use rtl_model::stage;
 pub mod study;
+pub mod taken;
 pub mod truth;
 pub mod unit;

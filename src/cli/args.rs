@@ -7,11 +7,12 @@ use clap::Args;
 use crate::distance::Distance;
 use crate::error::InputError;
 use crate::gpu::Gpu;
-use crate::image::LoadOptions;
-use crate::image::load_distance;
+use crate::image::{Layout, LoadOptions, Transfer, load_distance};
+use crate::scene::bump_kind::{BumpChoice, BumpKind, Green};
 use crate::scene::registry::names;
 use crate::scene::tex::TEX_SCENES;
 use crate::settings::Settings;
+use crate::taken::Taken;
 use crate::unit::{ReferenceAxis, UnitSpec, check, file};
 
 /// Which unit.
@@ -40,6 +41,15 @@ pub(super) struct SceneArgs {
     /// Environment map: EXR, HDR, PNG or JPEG; lat-long or cube.
     #[arg(long, value_name = "FILE")]
     pub(super) env: Option<PathBuf>,
+    /// Shape of the environment map, instead of what its size, attributes and empty cells say.
+    #[arg(long, value_enum, value_name = "LAYOUT", requires = "env")]
+    pub(super) env_layout: Option<Layout>,
+    /// Curve of the samples of --env and --texture, instead of what the file says.
+    #[arg(long, value_enum, value_name = "CURVE")]
+    pub(super) transfer: Option<Transfer>,
+    /// Colour of what the data window of an EXR file leaves empty of its display window.
+    #[arg(long, value_name = "R,G,B", value_parser = colour, allow_hyphen_values = true)]
+    pub(super) fill: Option<[f32; 3]>,
     /// 2-D texture of the floor in scenes with ray cones: EXR, HDR, PNG or JPEG.
     #[arg(long, value_name = "FILE")]
     pub(super) texture: Option<PathBuf>,
@@ -49,6 +59,12 @@ pub(super) struct SceneArgs {
     /// Bump map: a height map (grey) or tangent-space normals (RGB).
     #[arg(long, value_name = "FILE")]
     pub(super) bump: Option<PathBuf>,
+    /// What the bump map holds, instead of what the bulk of its texels shows.
+    #[arg(long, value_enum, value_name = "KIND", requires = "bump")]
+    pub(super) bump_kind: Option<BumpKind>,
+    /// Where the green channel of a normal map points.
+    #[arg(long, value_enum, value_name = "WAY", requires = "bump")]
+    pub(super) bump_green: Option<Green>,
     /// Texels per unit of height (white) of a height map; a 64th of its width if not given.
     #[arg(long, value_name = "TEXELS", requires = "bump", allow_negative_numbers = true)]
     pub(super) bump_scale: Option<f64>,
@@ -71,6 +87,9 @@ pub(super) struct SceneArgs {
     /// (FILE.exr:CHANNEL names a channel; else `distance`, `Z` or `A`).
     #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
     pub(super) distance: Option<Option<String>>,
+    /// Distances of a file from here on mean that nothing is there.
+    #[arg(long, value_name = "D", requires = "distance", allow_hyphen_values = true)]
+    pub(super) distance_far: Option<f64>,
 }
 
 impl SceneArgs {
@@ -78,9 +97,14 @@ impl SceneArgs {
     pub(super) fn plain() -> Self {
         Self {
             env: None,
+            env_layout: None,
+            transfer: None,
+            fill: None,
             texture: None,
             bounces: None,
             bump: None,
+            bump_kind: None,
+            bump_green: None,
             bump_scale: None,
             face_size: None,
             size: (0, 0),
@@ -88,6 +112,35 @@ impl SceneArgs {
             max_image_mb: 512,
             mesh: None,
             distance: None,
+            distance_far: None,
+        }
+    }
+
+    /// How images are loaded; a face size and a layout belong to the environment alone.
+    pub(super) fn load_options(&self) -> Result<LoadOptions, InputError> {
+        let images = [&self.env, &self.texture, &self.bump].iter().any(|path| path.is_some());
+        let idle = match (self.transfer, self.fill) {
+            (Some(_), _) if self.env.is_none() && self.texture.is_none() => "--transfer",
+            (_, Some(_)) if !images => "--fill",
+            _ => {
+                return Ok(LoadOptions {
+                    max_image_mb: self.max_image_mb,
+                    transfer: self.transfer,
+                    fill: self.fill,
+                    ..LoadOptions::default()
+                });
+            }
+        };
+        let found = "no image that it is for";
+        Err(InputError::new(idle, "--env or --texture beside it", found, "leave it out"))
+    }
+
+    /// The user's word about the bump map.
+    pub(super) fn bump_choice(&self) -> BumpChoice {
+        BumpChoice {
+            kind: self.bump_kind,
+            green: self.bump_green.unwrap_or_default(),
+            scale: self.bump_scale,
         }
     }
 
@@ -121,13 +174,28 @@ impl SceneArgs {
 
     /// The distance map that was named: `box:…`, `sphere:…`, or an EXR file, `FILE.exr:CHANNEL` for one
     /// of its channels.
-    pub(super) fn distance(&self) -> Result<Option<Distance>, InputError> {
+    pub(super) fn distance(&self) -> Result<Option<(Distance, Option<Taken>)>, InputError> {
         let Some(text) = &self.distance else {
             return Ok(None);
         };
         let text = text.as_deref().unwrap_or("");
+        let far = self.distance_far;
+        if let Some(far) = far
+            && !(far.is_finite() && far > 0.0)
+        {
+            let found = far.to_string();
+            return Err(InputError::new("--distance-far", "a distance above 0", found, ""));
+        }
         if let Some(distance) = Distance::analytic(text) {
-            return distance.map(Some);
+            if far.is_some() {
+                return Err(InputError::new(
+                    "--distance-far",
+                    "a file of distances",
+                    format!("`{text}`, which is exact everywhere"),
+                    "leave it out",
+                ));
+            }
+            return Ok(Some((distance?, None)));
         }
         if text.is_empty() {
             return Err(InputError::new(
@@ -137,18 +205,14 @@ impl SceneArgs {
                 "write for instance --distance box:3,2,4",
             ));
         }
-        let (file, channel) = match text.rsplit_once(':') {
-            Some((file, channel)) if !Path::new(text).exists() && file.ends_with(".exr") => {
-                (file, Some(channel))
-            }
-            _ => (text, None),
-        };
-        let options = LoadOptions { max_image_mb: self.max_image_mb, face_size: None };
-        let (cube, cleaned) = load_distance(Path::new(file), channel, &options)?;
-        if let Some(note) = cleaned.note(file) {
+        let options =
+            LoadOptions { max_image_mb: self.max_image_mb, far, ..LoadOptions::default() };
+        let loaded = load_distance(Path::new(text), &options)?;
+        if let Some(note) = loaded.cleaned.note(text) {
             super::note(&note);
         }
-        Ok(Some(Distance::Cube(cube)))
+        super::note(&loaded.taken.to_string());
+        Ok(Some((Distance::Cube(loaded.map), Some(loaded.taken))))
     }
 }
 
@@ -241,4 +305,15 @@ pub(super) fn size(text: &str) -> Result<(usize, usize), String> {
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some((parse(w)?, parse(h)?)))
         .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 512x512".into())
+}
+
+/// Three numbers, such as 0,0.5,1.
+fn colour(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|x: &f32| x.is_finite() && *x >= 0.0))
+        .collect();
+    numbers
+        .and_then(|n| n.try_into().ok())
+        .ok_or_else(|| "expected R,G,B in linear light, such as 0,0,0".into())
 }

@@ -157,7 +157,7 @@ fn print(
 fn env_scene(args: &Args, spec: &UnitSpec, name: &str) -> Result<EnvJob, InputError> {
     args.scene.refuse_texture()?;
     args.scene.refuse_distance()?;
-    subject::load(name, &args.scene, &spec.settings(ReferenceAxis::Exact))
+    subject::load(name, &args.scene, &spec.settings(ReferenceAxis::Exact)).map(|(job, _)| job)
 }
 
 /// The part that is no stage.

@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::image::planar::Colour;
-use crate::image::{LoadOptions, load_planar};
-use crate::scene::bump::{BumpMap, BumpSource, Difference, MAX_OFFSET, default_height_scale};
+use crate::image::{LoadOptions, load_bump_planes};
+use crate::scene::bump::{BumpMap, BumpSource, MAX_OFFSET};
+use crate::scene::bump_kind::{BumpChoice, BumpKind, source};
+use crate::taken::Taken;
 
-/// A grey image (or RGB with three equal planes) holds heights; any other RGB image holds normals: as
-/// 0…1 codes of −1…1, or as they are where a sample is negative.
+/// The bump map of a file, and what it was taken for.
 pub(super) fn load(
     path: &Path,
-    scale: Option<f64>,
-    max_image_mb: u64,
-) -> Result<BumpSource, InputError> {
+    choice: BumpChoice,
+    options: &LoadOptions,
+) -> Result<(BumpSource, Taken), InputError> {
     let subject = path.display().to_string();
-    if let Some(scale) = scale
+    if let Some(scale) = choice.scale
         && (scale.is_nan() || scale.abs() > 65536.0)
     {
         return Err(InputError::new(
@@ -25,57 +25,29 @@ pub(super) fn load(
             "leave it out for a 64th of the map's width",
         ));
     }
-    let options = LoadOptions { max_image_mb, face_size: None };
-    let mut image = load_planar(path, &options)?;
-    let colour = image.colour(&subject)?;
-    let (width, height) = (image.width, image.height);
+    let with_alpha = choice.kind == Some(BumpKind::NormalsTwoChannel);
+    let mut file = load_bump_planes(path, with_alpha, options)?;
     let mut bad = 0u64;
-    for sample in image.channels.iter_mut().flat_map(|(_, samples)| samples) {
+    for sample in file.planes.iter_mut().flatten() {
         if !sample.is_finite() {
             *sample = 0.0;
             bad += 1;
         }
     }
+    let (bump, kind) = source(file.width, file.height, &file.planes, choice, &subject)?;
+    let mut taken = file.taken;
+    taken.kind = kind;
     if bad > 0 {
-        super::note(&format!(
-            "{subject}: {bad} samples were infinite or not a number and count as 0"
-        ));
+        taken.remarks.push(format!("{bad} samples were infinite or not a number and count as 0"));
     }
-    let plane = |i: usize| image.channels[i].1.as_slice();
-    let (r, g, b) = match colour {
-        Colour::Grey(y) => (plane(y), plane(y), plane(y)),
-        Colour::Rgb([r, g, b]) => (plane(r), plane(g), plane(b)),
-    };
-    if r == g && g == b {
-        let source = BumpSource::Height {
-            width,
-            height,
-            values: r.to_vec(),
-            scale: scale.unwrap_or_else(|| default_height_scale(width)),
-            difference: Difference::default(),
-        };
-        tell(&subject, &source)?;
-        return Ok(source);
+    if choice.scale.is_some() && !matches!(bump, BumpSource::Height { .. }) {
+        taken.remarks.push("holds normals, so --bump-scale has no effect".into());
     }
-    let signed = [r, g, b].into_iter().flatten().any(|x| *x < 0.0);
-    let decode = |x: f32| if signed { x } else { 2.0 * x - 1.0 };
-    let values =
-        r.iter().zip(g).zip(b).map(|((r, g), b)| [decode(*r), decode(*g), decode(*b)]).collect();
-    if scale.is_some() {
-        super::note(&format!("{subject}: holds normals, so --bump-scale has no effect"));
-    }
-    let source = BumpSource::Normals { width, height, values };
-    tell(&subject, &source)?;
-    Ok(source)
-}
-
-/// Says how many offsets are too long for the unit.
-fn tell(subject: &str, source: &BumpSource) -> Result<(), InputError> {
-    let cleaned = BumpMap::new(source)?.cleaned();
+    let cleaned = BumpMap::new(&bump)?.cleaned();
     if cleaned > 0 {
-        super::note(&format!(
-            "{subject}: {cleaned} offsets longer than {MAX_OFFSET} were shortened to it"
-        ));
+        taken
+            .remarks
+            .push(format!("{cleaned} offsets longer than {MAX_OFFSET} were shortened to it"));
     }
-    Ok(())
+    Ok((bump, taken))
 }

@@ -21,6 +21,7 @@ use crate::error::InputError;
 use crate::gpu::Gpu;
 use crate::report::metrics::{self, Pair};
 use crate::settings::Settings;
+use crate::taken::Taken;
 use crate::truth::TruthOptions;
 use crate::unit::UnitSpec;
 
@@ -73,6 +74,8 @@ pub(super) struct Results {
     pub(super) stages: Option<StageChecks>,
     /// The scene's caustic, if it has one.
     pub(super) caustics: Option<Caustics>,
+    /// What each input file was taken for.
+    pub(super) inputs: Vec<Taken>,
     /// The engines that did not run.
     pub(super) skipped: Vec<Skipped>,
     /// Name and driver of the GPU that took part.
@@ -109,7 +112,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Some(folder) => Some(OutFiles::create(folder, &kinds, &args.scene)?),
     };
     let json_target = JsonTarget::beside(args.json.as_deref(), files.as_ref().map(|f| &f.folder))?;
-    let job = load(&args.scene, &args.scene_args, &settings)?;
+    let (job, inputs) = load(&args.scene, &args.scene_args, &settings)?;
     if job.fragments() == 0 {
         return Err(InputError::new(
             "--size",
@@ -123,6 +126,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let origin = Origin::new(&spec);
     let mut results = render_all(args, &kinds, &spec, &settings, &job, gpu)?;
     results.skipped.extend(skipped);
+    results.inputs = inputs;
     for (a, b) in min_psnr.iter().chain(&max_lsb8).map(|bound| (bound.a, bound.b)) {
         results.pair(a, b, args.scene_args.exposure)?;
     }
@@ -266,8 +270,9 @@ fn render_all(
         Job::Env(_) | Job::Tex(_) => Ok(None),
     };
     let caustics = caustics.map_err(InputError::from)?;
+    let (pairs, inputs) = (Vec::new(), Vec::new());
     let mut results =
-        Results { renderings, pairs: Vec::new(), registers, stages, caustics, skipped, adapter };
+        Results { renderings, pairs, registers, stages, caustics, inputs, skipped, adapter };
     for (a, b) in neighbours {
         results.pair(a, b, args.scene_args.exposure)?;
     }

@@ -19,6 +19,7 @@ use crate::report::table::{
     Table, count, digits, given, grouped, missing, places, significant, text, value, whole,
 };
 use crate::settings::Settings;
+use crate::taken::Taken;
 use crate::unit::UnitSpec;
 
 #[expect(clippy::cast_precision_loss, reason = "counts become rates")]
@@ -48,6 +49,7 @@ pub(super) fn to_json(
         "scene": args.scene,
         "size": job.size(),
         "env": args.scene_args.env.as_ref().map(|p| p.display().to_string()),
+        "inputs": results.inputs.iter().map(input_json).collect::<Vec<_>>(),
         "face_size": job.map().size(),
         "fragments": fragments,
         "unit": unit_json(spec),
@@ -65,6 +67,21 @@ pub(super) fn to_json(
         map.retain(|key, value| !value.is_null() || !["stages", "caustic"].contains(&key.as_str()));
     }
     value
+}
+
+/// What an input file was taken for.
+fn input_json(taken: &Taken) -> Value {
+    json!({
+        "option": taken.option,
+        "file": taken.file,
+        "kind": taken.kind,
+        "from": taken.from,
+        "transfer": taken.transfer,
+        "window": taken.window,
+        "remarks": taken.remarks,
+        "decided_by": taken.flags,
+        "line": taken.to_string(),
+    })
 }
 
 /// How fast each engine was and what it read.
@@ -280,6 +297,9 @@ pub(super) fn print_tables(
         env!("CARGO_PKG_VERSION"),
         spec.hash()
     )?;
+    for input in &results.inputs {
+        writeln!(out, "{input}")?;
+    }
     let axis = if settings.reference_table.is_some() {
         "the angle table's axis"
     } else {

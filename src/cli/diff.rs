@@ -8,7 +8,6 @@ use serde_json::json;
 use super::output::{JsonTarget, Kind, write_picture};
 use super::{Failure, diff_results};
 use crate::error::InputError;
-use crate::image::planar::Colour;
 use crate::image::whole::WholeFile;
 use crate::image::write::Sample;
 use crate::image::{LoadOptions, load_planar};
@@ -16,7 +15,6 @@ use crate::picture::Picture;
 use crate::report::error_map::error_map;
 use crate::report::metrics;
 use crate::report::table::{fixed, significant};
-use crate::srgb::srgb_decode;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -116,19 +114,13 @@ fn results(args: &Args) -> Result<(), Failure> {
 
 fn load(path: &Path, max_image_mb: u64) -> Result<Picture, InputError> {
     let subject = path.display().to_string();
-    let options = LoadOptions { max_image_mb, face_size: None };
+    let options = LoadOptions { max_image_mb, ..LoadOptions::default() };
     let image = load_planar(path, &options)?;
-    let indices = match image.colour(&subject)? {
-        Colour::Rgb(rgb) => rgb,
-        Colour::Grey(y) => [y; 3],
-    };
+    let indices = image.colour(&subject)?.planes();
     let mut picture = Picture::new(image.width, image.height);
     picture.covered.fill(true);
     for (i, rgb) in picture.rgb.iter_mut().enumerate() {
-        *rgb = indices.map(|c| {
-            let x = f64::from(image.channels[c].1[i]);
-            if image.linear { x } else { srgb_decode(x) }
-        });
+        *rgb = indices.map(|c| image.curve.0.decode(f64::from(image.channels[c].1[i])));
     }
     Ok(picture)
 }

@@ -8,6 +8,7 @@ use crate::operation::Operation;
 use crate::scene::registry::find;
 use crate::scene::{hit, tex};
 use crate::settings::Settings;
+use crate::taken::Taken;
 
 /// Refuses the engine that has no TEX operation for scenes of it.
 pub(super) fn refuse_sampler(scene: &str, kinds: &[EngineKind]) -> Result<(), InputError> {
@@ -22,8 +23,12 @@ pub(super) fn refuse_sampler(scene: &str, kinds: &[EngineKind]) -> Result<(), In
     Ok(())
 }
 
-/// Loads and builds what the flags ask for; warnings go to stderr.
-pub(super) fn load(name: &str, args: &SceneArgs, settings: &Settings) -> Result<Job, InputError> {
+/// Loads and builds what the flags ask for, and says what each input was taken for on stderr.
+pub(super) fn load(
+    name: &str,
+    args: &SceneArgs,
+    settings: &Settings,
+) -> Result<(Job, Vec<Taken>), InputError> {
     let operation = find(name)?.operation();
     if operation != Operation::Tex {
         args.refuse_texture()?;
@@ -31,23 +36,23 @@ pub(super) fn load(name: &str, args: &SceneArgs, settings: &Settings) -> Result<
     if operation != Operation::Hit {
         args.refuse_distance()?;
     }
-    match operation {
-        Operation::Env(_) => Ok(Job::Env(Box::new(subject::load(name, args, settings)?))),
-        Operation::Hit => {
-            let scene = hit::build(name, &subject::options(args)?)?;
-            scene.notes.iter().for_each(|note| super::note(note));
-            let distance = args.distance()?;
-            let map = subject::load_map(args)?;
-            Ok(Job::Hit(Box::new(HitJob::with(scene, map, distance))))
-        }
-        Operation::Tex => {
-            let options = subject::options(args)?;
-            let floor = subject::load_texture(args)?;
-            let mut scene = tex::build(name, &options, floor)?;
-            args.bounces.into_iter().for_each(|bounces| scene.show_only(bounces));
-            scene.notes.iter().for_each(|note| super::note(note));
-            let sky = subject::load_sky(args)?;
-            Ok(Job::Tex(Box::new(TexJob::new(scene, sky))))
-        }
+    if let Operation::Env(_) = operation {
+        let (job, inputs) = subject::load(name, args, settings)?;
+        return Ok((Job::Env(Box::new(job)), inputs));
     }
+    let (options, mut inputs) = subject::options(args)?;
+    if operation == Operation::Hit {
+        let scene = hit::build(name, &options)?;
+        scene.notes.iter().for_each(|note| super::note(note));
+        let (distance, taken) = args.distance()?.unzip();
+        inputs.extend(taken.flatten());
+        let map = subject::load_map(args, &mut inputs)?;
+        return Ok((Job::Hit(Box::new(HitJob::with(scene, map, distance))), inputs));
+    }
+    let floor = subject::load_texture(args, &mut inputs)?;
+    let mut scene = tex::build(name, &options, floor)?;
+    args.bounces.into_iter().for_each(|bounces| scene.show_only(bounces));
+    scene.notes.iter().for_each(|note| super::note(note));
+    let sky = subject::load_sky(args, &mut inputs)?;
+    Ok((Job::Tex(Box::new(TexJob::new(scene, sky))), inputs))
 }

@@ -52,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let spec = args.unit.load()?;
     let file = WholeFile::create(&args.output)?;
     let settings = args.run.settings(&spec);
-    let job = load(&args.scene, &args.scene_args, &settings)?;
+    let (job, _) = load(&args.scene, &args.scene_args, &settings)?;
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
     let truth = TruthOptions::default();

@@ -194,7 +194,7 @@ pub(super) fn job_at(place: &Place, exposure: f64, settings: &Settings) -> Resul
         exposure,
         ..SceneArgs::plain()
     };
-    job::load(&place.scene, &args, settings)
+    job::load(&place.scene, &args, settings).map(|(job, _)| job)
 }
 
 /// How a plan's units are measured.

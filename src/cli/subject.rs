@@ -7,11 +7,11 @@ use crate::engine::EnvJob;
 use crate::error::InputError;
 use crate::image;
 use crate::image::mips::build_mips;
-use crate::image::{LoadOptions, load_environment};
+use crate::image::{LoadOptions, Loaded, load_environment};
 use crate::planar::PlanarMap;
-use crate::scene::bump::BumpSource;
 use crate::scene::{self, DEFAULT_FACE_SIZE, SceneOptions, environment};
 use crate::settings::Settings;
+use crate::taken::Taken;
 
 /// Refuses an exposure that no picture has a use for.
 pub(super) fn check_exposure(stops: f64) -> Result<(), InputError> {
@@ -26,57 +26,72 @@ pub(super) fn check_exposure(stops: f64) -> Result<(), InputError> {
     ))
 }
 
-/// The bump map that was named.
-pub(super) fn load_bump(args: &SceneArgs) -> Result<Option<BumpSource>, InputError> {
-    match &args.bump {
-        None => Ok(None),
-        Some(path) => bump_file::load(path, args.bump_scale, args.max_image_mb).map(Some),
-    }
-}
-
-/// What a scene is built from.
-pub(super) fn options(args: &SceneArgs) -> Result<SceneOptions, InputError> {
+/// What a scene is built from, and the inputs that were read for it.
+pub(super) fn options(args: &SceneArgs) -> Result<(SceneOptions, Vec<Taken>), InputError> {
     check_exposure(args.exposure)?;
-    Ok(SceneOptions {
+    let mut inputs = Vec::new();
+    let bump = match &args.bump {
+        None => None,
+        Some(path) => {
+            let bump = bump_file::load(path, args.bump_choice(), &args.load_options()?)?;
+            Some(told(bump, &mut inputs))
+        }
+    };
+    let options = SceneOptions {
         width: args.size.0,
         height: args.size.1,
         face_size: args.face_size,
-        bump: load_bump(args)?,
+        bump,
         mesh: args.mesh.clone(),
-    })
+    };
+    Ok((options, inputs))
+}
+
+/// Says what an input was taken for, and keeps it.
+pub(super) fn told<T>((input, taken): (T, Taken), inputs: &mut Vec<Taken>) -> T {
+    super::note(&taken.to_string());
+    inputs.push(taken);
+    input
+}
+
+/// The same for an image, with what was cleaned of it.
+fn told_of<T>(loaded: Loaded<T>, inputs: &mut Vec<Taken>) -> T {
+    if let Some(note) = loaded.cleaned.note(&loaded.taken.file) {
+        super::note(&note);
+    }
+    told((loaded.map, loaded.taken), inputs)
 }
 
 /// The environment that was named.
-pub(super) fn load_map(args: &SceneArgs) -> Result<Option<CubeMap>, InputError> {
+pub(super) fn load_map(
+    args: &SceneArgs,
+    inputs: &mut Vec<Taken>,
+) -> Result<Option<CubeMap>, InputError> {
+    let options = args.load_options()?;
     let Some(path) = &args.env else {
         return Ok(None);
     };
-    let options = LoadOptions { max_image_mb: args.max_image_mb, face_size: args.face_size };
-    let (map, cleaned) = load_environment(path, &options)?;
-    if let Some(note) = cleaned.note(&path.display().to_string()) {
-        super::note(&note);
-    }
-    Ok(Some(map))
+    let options = LoadOptions { face_size: args.face_size, layout: args.env_layout, ..options };
+    Ok(Some(told_of(load_environment(path, &options)?, inputs)))
 }
 
 /// The 2-D texture that was named.
-pub(super) fn load_texture(args: &SceneArgs) -> Result<Option<PlanarMap>, InputError> {
+pub(super) fn load_texture(
+    args: &SceneArgs,
+    inputs: &mut Vec<Taken>,
+) -> Result<Option<PlanarMap>, InputError> {
     let Some(path) = &args.texture else {
         return Ok(None);
     };
-    let options = LoadOptions { max_image_mb: args.max_image_mb, face_size: None };
-    let (map, cleaned) = image::load::load_texture(path, &options)?;
-    if let Some(note) = cleaned.note(&path.display().to_string()) {
-        super::note(&note);
-    }
-    Ok(Some(map))
+    let loaded = image::load::load_texture(path, &args.load_options()?)?;
+    Ok(Some(told_of(loaded, inputs)))
 }
 
 /// The environment of a scene with ray cones: the file's own size, or the procedural one of the default size.
-pub(super) fn load_sky(args: &SceneArgs) -> Result<CubeMap, InputError> {
+pub(super) fn load_sky(args: &SceneArgs, inputs: &mut Vec<Taken>) -> Result<CubeMap, InputError> {
     let args = SceneArgs { face_size: None, ..args.clone() };
     let procedural = || build_mips(environment::procedural(DEFAULT_FACE_SIZE));
-    Ok(load_map(&args)?.unwrap_or_else(procedural))
+    Ok(load_map(&args, inputs)?.unwrap_or_else(procedural))
 }
 
 /// Loads and builds what the flags ask for; warnings go to stderr.
@@ -84,12 +99,13 @@ pub(super) fn load(
     name: &str,
     args: &SceneArgs,
     settings: &Settings,
-) -> Result<EnvJob, InputError> {
+) -> Result<(EnvJob, Vec<Taken>), InputError> {
     // A wrong name or size fails before a large map is read.
-    let scene = scene::build(name, &options(args)?, settings)?;
+    let (options, mut inputs) = options(args)?;
+    let scene = scene::build(name, &options, settings)?;
     for note in &scene.notes {
         super::note(note);
     }
-    let map = load_map(args)?.unwrap_or_else(|| build_mips(scene.environment()));
-    Ok(EnvJob::new(scene, map, settings))
+    let map = load_map(args, &mut inputs)?.unwrap_or_else(|| build_mips(scene.environment()));
+    Ok((EnvJob::new(scene, map, settings), inputs))
 }

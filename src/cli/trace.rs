@@ -156,7 +156,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         (Some(input), _, _) => lines(args, &spec, input),
         (None, Some(scene), Some(xy)) => {
             let settings = args.run.settings(&spec);
-            let job = job::load(scene, &args.scene_args, &settings)?;
+            let (job, _) = job::load(scene, &args.scene_args, &settings)?;
             let output = Output { engine: args.engine, raw: args.raw, line: args.lines };
             pixel::run(job, (&spec, &settings), scene, xy, &output)
         }
@@ -205,11 +205,12 @@ fn lines(args: &Args, spec: &UnitSpec, input: &std::path::Path) -> Result<(), Fa
         .into());
     }
     // A scene of the HIT operation brings its distances; those of a flag go before them.
-    let mut texture_size = subject::load_texture(&args.scene_args)?.map(|t| t.size());
+    let inputs = &mut Vec::new();
+    let mut texture_size = subject::load_texture(&args.scene_args, inputs)?.map(|t| t.size());
     let settings = args.run.settings(spec);
     let (map, distance) = match &args.scene {
         Some(scene) if !matches!(find(scene)?.operation(), Operation::Env(_)) => {
-            match job::load(scene, &args.scene_args, &settings)? {
+            match job::load(scene, &args.scene_args, &settings)?.0 {
                 Job::Env(subject) => (Some(subject.map), None),
                 Job::Hit(subject) => (Some(subject.map), Some(subject.distance)),
                 Job::Tex(subject) => {
@@ -219,10 +220,13 @@ fn lines(args: &Args, spec: &UnitSpec, input: &std::path::Path) -> Result<(), Fa
             }
         }
         Some(scene) => {
-            let subject = subject::load(scene, &args.scene_args, &settings)?;
-            (Some(subject.map), args.scene_args.distance()?)
+            let (subject, _) = subject::load(scene, &args.scene_args, &settings)?;
+            (Some(subject.map), args.scene_args.distance()?.map(|(distance, _)| distance))
         }
-        None => (subject::load_map(&args.scene_args)?, args.scene_args.distance()?),
+        None => {
+            let distance = args.scene_args.distance()?.map(|(distance, _)| distance);
+            (subject::load_map(&args.scene_args, inputs)?, distance)
+        }
     };
     super::note(&format!("version {}, unit {}, seed 0", env!("CARGO_PKG_VERSION"), spec.hash()));
     let mut memories = Memories { distance, ..Memories::of_map(map, face_size) };

@@ -7,8 +7,11 @@ use std::io::Write as _;
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::image::{LoadOptions, load_distance, load_environment, load_planar_levels};
+use crate::image::{
+    LoadOptions, load_bump_planes, load_distance, load_environment, load_planar_levels,
+};
 use crate::mesh::Mesh;
+use crate::scene::bump_kind::{BumpChoice, source};
 use crate::study::cost::CostModel;
 use crate::study::plan::Plan;
 use crate::unit::file;
@@ -20,7 +23,7 @@ pub enum Reader {
     TraceLines,
     /// `--unit`: TOML, loaded, checked, written and loaded again.
     Unit,
-    /// `--env` and `--texture`: EXR, Radiance, PNG and JPEG, told apart by their contents.
+    /// `--env`, `--texture` and `--bump`: EXR, Radiance, PNG and JPEG, told apart by their contents.
     Image,
     /// `--distance`: an EXR file of distances.
     Distance,
@@ -74,7 +77,7 @@ impl Reader {
     /// # Panics
     /// Where a unit or a cost model that loads does not load again from its own text: a defect, for a fuzzer to find.
     pub fn read(self, bytes: &[u8], max_image_mb: u64) -> Result<(), InputError> {
-        let options = LoadOptions { max_image_mb, face_size: None };
+        let options = LoadOptions { max_image_mb, ..LoadOptions::default() };
         match self {
             Self::TraceLines => super::trace::answer(bytes),
             Self::Unit => {
@@ -86,10 +89,13 @@ impl Reader {
             }
             Self::Image => with_file("", bytes, |path| {
                 load_planar_levels(path, &options)?;
+                let _ = load_bump_planes(path, false, &options).map(|bump| {
+                    source(bump.width, bump.height, &bump.planes, BumpChoice::default(), "bump")
+                });
                 load_environment(path, &options).map(|_| ())
             }),
             Self::Distance => {
-                with_file(".exr", bytes, |path| load_distance(path, None, &options).map(|_| ()))
+                with_file(".exr", bytes, |path| load_distance(path, &options).map(|_| ()))
             }
             Self::Obj => with_file(".obj", bytes, load_mesh),
             Self::Glb => with_file(".glb", bytes, load_mesh),

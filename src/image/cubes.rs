@@ -17,6 +17,8 @@ pub(super) enum Arrangement {
     WideCross,
     /// 3:4: as the wide cross, with −z below −y, turned by half a turn.
     TallCross,
+    /// The same with −z upright.
+    UprightCross,
 }
 
 impl Arrangement {
@@ -32,7 +34,8 @@ impl Arrangement {
             Self::Row => ([face, 0], [false; 2]),
             Self::WideCross => (CROSS[face], [false; 2]),
             Self::TallCross if face == 5 => ([1, 3], [true; 2]),
-            Self::TallCross => (CROSS[face], [false; 2]),
+            Self::UprightCross if face == 5 => ([1, 3], [false; 2]),
+            Self::TallCross | Self::UprightCross => (CROSS[face], [false; 2]),
         }
     }
 }

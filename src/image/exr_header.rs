@@ -5,6 +5,7 @@
 
 use super::limits::LoadOptions;
 use super::planar::EnvLayout;
+use super::window::Windows;
 use crate::base::num;
 use crate::error::InputError;
 
@@ -52,6 +53,16 @@ pub(super) struct Part {
     pub(super) compression: u8,
     pub(super) blocks: Blocks,
     pub(super) envmap: Option<EnvLayout>,
+    pub(super) windows: Windows,
+    pub(super) chromaticities: bool,
+}
+
+/// A part's name and its channels, by which it is chosen.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Contents {
+    pub(super) name: Option<String>,
+    pub(super) channels: Vec<String>,
+    deep: bool,
 }
 
 const SINGLE_TILE: u32 = 1 << 9;
@@ -147,54 +158,110 @@ fn show(name: &[u8]) -> String {
     String::from_utf8_lossy(&name).into_owned()
 }
 
-/// Checks every part and returns them.
+impl Raw<'_> {
+    /// The parts' names and channels; a deep one has none that can be read.
+    pub(super) fn contents(&self) -> Vec<Contents> {
+        self.parts
+            .iter()
+            .map(|attributes| {
+                let text = |name: &[u8]| {
+                    let value = value_of(attributes, name, b"string")?;
+                    Some(String::from_utf8_lossy(value).trim_end_matches('\0').to_owned())
+                };
+                let kind = value_of(attributes, b"type", b"string").unwrap_or_default();
+                let deep = self.flags & DEEP != 0 && !self.multipart() || kind.starts_with(b"deep");
+                let list = value_of(attributes, b"channels", b"chlist").filter(|_| !deep);
+                let channels = list.map(names).unwrap_or_default();
+                Contents { name: text(b"name").filter(|n| !n.is_empty()), channels, deep }
+            })
+            .collect()
+    }
+
+    /// The header of one part as that of a file of its own, so that the decoder sees nothing else.
+    pub(super) fn alone(&self, bytes: &[u8], index: usize) -> Option<Vec<u8>> {
+        let attributes = self.parts.get(index)?;
+        let tiled = is_tiled(self, attributes);
+        let version = 2 | self.flags & LONG_NAMES | if tiled { SINGLE_TILE } else { 0 };
+        let mut out = vec![0x76, 0x2f, 0x31, 0x01];
+        out.extend(version.to_le_bytes());
+        let window = value_of(attributes, b"dataWindow", b"box2i")?;
+        let usual: [(&[u8], &[u8], &[u8]); 8] = [
+            (b"channels", b"chlist", &[]),
+            (b"compression", b"compression", &[]),
+            (b"dataWindow", b"box2i", &[]),
+            (b"displayWindow", b"box2i", window),
+            (b"lineOrder", b"lineOrder", &[0]),
+            (b"pixelAspectRatio", b"float", &[0, 0, 0x80, 0x3f]),
+            (b"screenWindowCenter", b"v2f", &[0; 8]),
+            (b"screenWindowWidth", b"float", &[0, 0, 0x80, 0x3f]),
+        ];
+        let tiles: (&[u8], &[u8], &[u8]) = (b"tiles", b"tiledesc", &[]);
+        for (name, kind, value) in usual.into_iter().chain(tiled.then_some(tiles)) {
+            if let Some(a) = attributes.iter().rev().find(|a| a.name == name && a.kind == kind) {
+                out.extend(&bytes[a.entry.clone()]);
+            } else {
+                let size = num::u32(value.len()).to_le_bytes();
+                for piece in [name, &[0], kind, &[0], &size, value] {
+                    out.extend(piece);
+                }
+            }
+        }
+        out.push(0);
+        Some(out)
+    }
+}
+
+fn is_tiled(raw: &Raw, attributes: &[Attribute]) -> bool {
+    match value_of(attributes, b"type", b"string") {
+        Some(kind) => kind == b"tiledimage",
+        None => raw.flags & SINGLE_TILE != 0,
+    }
+}
+
+/// Checks one part, and returns it with the place of its chunk table.
 ///
-/// `options` limits the first part's top level (the only one that is decoded) and the chunk tables of
-/// all must fit the file.
+/// `options` limits its top level; the chunk tables of it and of the parts before it must fit the file.
 pub(super) fn check(
     raw: &Raw,
+    index: usize,
     file_bytes: usize,
     subject: &str,
     options: &LoadOptions,
-) -> Result<Vec<Part>, InputError> {
-    for attributes in &raw.parts {
-        let kind = value_of(attributes, b"type", b"string").unwrap_or_default();
-        if raw.flags & DEEP != 0 || kind.starts_with(b"deep") {
-            return Err(refused(subject, "type", "flat pixels", "deep data", "flatten the image"));
-        }
+) -> Result<(Part, usize), InputError> {
+    if raw.contents().get(index).is_none_or(|c| c.deep) {
+        return Err(refused(subject, "type", "flat pixels", "deep data", "flatten the image"));
     }
     let mut table = 0u128;
-    let mut parts = Vec::new();
-    for (index, attributes) in raw.parts.iter().enumerate() {
-        let tiled = match value_of(attributes, b"type", b"string") {
-            Some(kind) => kind == b"tiledimage",
-            None => raw.flags & SINGLE_TILE != 0,
+    for attributes in &raw.parts[..index] {
+        // A file of several parts has to say the number of chunks of each.
+        let stated = value_of(attributes, b"chunkCount", b"int").and_then(|v| v.try_into().ok());
+        let count = stated.and_then(|v| u128::try_from(i32::from_le_bytes(v)).ok());
+        table += match count {
+            Some(count) => count,
+            None => part(attributes, is_tiled(raw, attributes), subject)?.chunk_count(),
         };
-        let part = part(attributes, tiled, subject)?;
-        let pixel = part.sample_bytes.iter().sum::<usize>() as u128;
-        let (w, h) = (part.width as u128, part.height as u128);
-        if index == 0 {
-            let what = format!("{}x{} pixels of {pixel} bytes", part.width, part.height);
-            options.admit(subject, w * h * pixel, &what)?;
-        }
-        if let Blocks::Tiles { size: [tw, th], .. } = part.blocks {
-            let what = format!("tiles of {tw}x{th} pixels of {pixel} bytes");
-            options.admit(subject, tw as u128 * th as u128 * pixel, &what)?;
-        }
-        table += part.chunk_count();
-        parts.push(part);
+    }
+    let attributes = &raw.parts[index];
+    let part = part(attributes, is_tiled(raw, attributes), subject)?;
+    let pixel = part.sample_bytes.iter().sum::<usize>() as u128;
+    let what = format!("{}x{} pixels of {pixel} bytes", part.width, part.height);
+    options.admit(subject, part.width as u128 * part.height as u128 * pixel, &what)?;
+    if let Blocks::Tiles { size: [tw, th], .. } = part.blocks {
+        let what = format!("tiles of {tw}x{th} pixels of {pixel} bytes");
+        options.admit(subject, tw as u128 * th as u128 * pixel, &what)?;
     }
     // Each chunk has 8 bytes in the table and at least 8 of its own.
     let rest = file_bytes.saturating_sub(raw.end) as u128;
-    if table * 16 > rest {
+    let needed = table * 16 + part.chunk_count() * 16;
+    if needed > rest {
         return Err(bad(
             subject,
             "chunk table",
-            format!("room for {table} chunks, at least {} bytes", table * 16),
+            format!("room for {} chunks, at least {needed} bytes", needed / 16),
             format!("{rest} bytes after the header"),
         ));
     }
-    Ok(parts)
+    Ok((part, raw.end + num::usize(table * 8)))
 }
 
 fn value_of<'a>(attributes: &[Attribute<'a>], name: &[u8], kind: &[u8]) -> Option<&'a [u8]> {
@@ -259,7 +326,45 @@ fn part(attributes: &[Attribute], tiled: bool, subject: &str) -> Result<Part, In
         }
         None => None,
     };
-    Ok(Part { width, height, top: y0, sample_bytes, compression, blocks, envmap })
+    let data = [x0, y0, x1, y1];
+    let display = value_of(attributes, b"displayWindow", b"box2i").filter(|v| v.len() >= 16);
+    let display = display.map_or(data, |v| [0, 4, 8, 12].map(|i| i64::from(word(v, i))));
+    let windows = Windows { data, display };
+    let chromaticities = value_of(attributes, b"chromaticities", b"chromaticities");
+    let chromaticities = chromaticities.is_some_and(|v| !usual_chromaticities(v));
+    let part = Part {
+        width,
+        height,
+        top: y0,
+        sample_bytes,
+        compression,
+        blocks,
+        envmap,
+        windows,
+        chromaticities,
+    };
+    Ok(part)
+}
+
+/// Whether primaries and white are those of BT.709, to three decimals.
+fn usual_chromaticities(value: &[u8]) -> bool {
+    let usual = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.329];
+    let words = value.chunks_exact(4).map(|w| w.try_into().unwrap_or_default());
+    let near = |(w, u): ([u8; 4], f32)| (f32::from_le_bytes(w) - u).abs() < 1e-3;
+    words.zip(usual).all(near)
+}
+
+/// The names of a list of channels, as far as it can be read.
+fn names(list: &[u8]) -> Vec<String> {
+    let (mut at, mut out) = (0, Vec::new());
+    while let Some(length) = list.get(at..).and_then(|l| l.iter().position(|b| *b == 0)) {
+        if length == 0 {
+            break;
+        }
+        out.push(String::from_utf8_lossy(&list[at..at + length]).into_owned());
+        at += length + 17;
+    }
+    out
 }
 
 /// Bytes per sample of each channel; sub-sampling is refused by name.

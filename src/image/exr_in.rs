@@ -1,8 +1,8 @@
 //! OpenEXR to planes: chunks are found here, decompressed by `exr`, and placed here.
 
-use super::exr_header::{Blocks, Part, bad, check, scan};
+use super::exr_header::{Blocks, Contents, Part, bad, check, scan};
 use super::limits::{LoadOptions, room};
-use super::planar::Planar;
+use super::planar::{Planar, list, shown};
 use crate::base::num;
 use crate::base::quiet::guarded;
 use crate::error::InputError;
@@ -25,31 +25,46 @@ pub(super) enum Want {
     AllMips,
 }
 
-/// Reads the first part.
+/// Whether a part has what is looked for, by its channels and the layer that is asked for.
+pub(super) type Suits<'a> = &'a dyn Fn(&[&str], Option<&str>) -> bool;
+
+/// Reads one part: that which is named or holds what is named, else the first that suits, else the first.
 pub(super) fn read(
     bytes: &[u8],
     subject: &str,
     options: &LoadOptions,
     want: Want,
+    (chosen, suits): (Option<&str>, Suits<'_>),
 ) -> Result<Vec<Planar>, InputError> {
     let raw = scan(bytes, subject)?;
-    let parts = check(&raw, bytes.len(), subject, options)?;
+    let contents = raw.contents();
+    let (index, layer) = choose(&contents, chosen, suits).ok_or_else(|| {
+        InputError::new(
+            subject,
+            format!("a part, layer or channel `{}`", shown(chosen.unwrap_or_default())),
+            inventory(&contents),
+            "name one of these as in FILE.exr:NAME",
+        )
+        .at("channels")
+    })?;
+    let (part, table) = check(&raw, index, bytes.len(), subject, options)?;
+    let part = &part;
     let decoder_error = |e: String| bad(subject, "header", "a header that the decoder takes", e);
+    let alone = raw.alone(bytes, index).unwrap_or_default();
     let meta = guarded(|| -> exr::error::Result<MetaData> {
-        let meta = MetaData::read_from_buffered(bytes, false)?;
+        let meta = MetaData::read_from_buffered(alone.as_slice(), false)?;
         MetaData::validate(&meta.headers, false)?;
         Ok(meta)
     })
     .and_then(|result| result.map_err(|e| e.to_string()))
     .map_err(decoder_error)?;
-    let (part, header) = match (parts.first(), meta.headers.first()) {
-        (Some(part), Some(header))
-            if meta.headers.len() == parts.len()
-                && (header.layer_size.0, header.layer_size.1) == (part.width, part.height)
+    let header = match &meta.headers[..] {
+        [header]
+            if (header.layer_size.0, header.layer_size.1) == (part.width, part.height)
                 && header.channels.list.len() == part.sample_bytes.len()
                 && header.chunk_count as u128 == part.chunk_count() =>
         {
-            (part, header)
+            header
         }
         _ => return Err(decoder_error("two readings that differ".to_owned())),
     };
@@ -57,7 +72,8 @@ pub(super) fn read(
         Want::Top => 1,
         Want::AllMips => part.mip_levels(),
     };
-    let chunks = collect(bytes, raw.end, part, raw.multipart(), levels, subject)?;
+    let multipart = raw.multipart().then_some(index);
+    let chunks = collect(bytes, table, part, multipart, levels, subject)?;
     let names = header.channels.list.iter().map(|c| c.name.to_string());
     let names: Vec<String> = names.collect();
     let mut planes = Vec::new();
@@ -69,7 +85,17 @@ pub(super) fn read(
             plane.resize(width * height, 0.0);
             channels.push((name.clone(), plane));
         }
-        planes.push(Planar { width, height, channels, linear: true, envmap: part.envmap });
+        let mut planar = Planar::plain(width, height, channels);
+        planar.envmap = part.envmap;
+        planar.windows = (level == 0).then_some(part.windows);
+        planar.layer = layer.map(str::to_owned);
+        if contents.len() > 1 {
+            planar.part = Some(contents[index].name.clone().unwrap_or(format!("{index}")));
+        }
+        if part.chromaticities {
+            planar.remarks.push("its chromaticities kept as they are".into());
+        }
+        planes.push(planar);
     }
     let kinds: Vec<SampleType> = header.channels.list.iter().map(|c| c.sample_type).collect();
     // A few chunks at a time: what is decompressed and not yet placed stays small.
@@ -92,12 +118,51 @@ pub(super) fn read(
     Ok(planes)
 }
 
-/// Finds the chunks of the wanted levels by the first part's table and copies their bytes.
+/// The part to read, and the layer or channel in it where one is named.
+fn choose<'a>(
+    contents: &[Contents],
+    chosen: Option<&'a str>,
+    suits: Suits<'_>,
+) -> Option<(usize, Option<&'a str>)> {
+    let names = |c: &Contents| -> Vec<String> { c.channels.clone() };
+    let fits = |c: &Contents, layer| {
+        let names = names(c);
+        suits(&names.iter().map(String::as_str).collect::<Vec<_>>(), layer)
+    };
+    let Some(chosen) = chosen else {
+        return Some((contents.iter().position(|c| fits(c, None)).unwrap_or(0), None));
+    };
+    if let Some(index) = contents.iter().position(|c| c.name.as_deref() == Some(chosen)) {
+        return Some((index, None));
+    }
+    let holds = |c: &Contents| {
+        let inside =
+            |n: &String| n == chosen || n.strip_prefix(chosen).is_some_and(|r| r.starts_with('.'));
+        c.channels.iter().any(inside)
+    };
+    contents.iter().position(holds).map(|index| (index, Some(chosen)))
+}
+
+/// Every part with its channels, for a message.
+fn inventory(contents: &[Contents]) -> String {
+    let one = |c: &Contents| {
+        let names: Vec<&str> = c.channels.iter().map(String::as_str).collect();
+        match &c.name {
+            Some(name) if contents.len() > 1 => {
+                format!("part \"{}\": {}", shown(name), list(&names))
+            }
+            _ => list(&names),
+        }
+    };
+    contents.iter().take(12).map(one).collect::<Vec<_>>().join("; ")
+}
+
+/// Finds the chunks of the wanted levels by the part's table and copies their bytes.
 fn collect(
     bytes: &[u8],
     table: usize,
     part: &Part,
-    multipart: bool,
+    multipart: Option<usize>,
     levels: u32,
     subject: &str,
 ) -> Result<Vec<Chunk>, InputError> {
@@ -163,11 +228,13 @@ impl<'a> Words<'a> {
         self.0.get(..size)
     }
 
-    /// A chunk of the first part and its [level, row, column].
+    /// A chunk of the part and its [level, row, column].
     ///
     /// Rip-map levels other than the diagonal are given level 63, which is never wanted.
-    fn chunk(mut self, part: &Part, multipart: bool) -> Option<([usize; 3], Chunk)> {
-        if multipart && self.word()? != 0 {
+    fn chunk(mut self, part: &Part, multipart: Option<usize>) -> Option<([usize; 3], Chunk)> {
+        if let Some(number) = multipart
+            && self.index()? != number
+        {
             return None;
         }
         let (at, compressed_block) = match part.blocks {

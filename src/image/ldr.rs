@@ -1,12 +1,15 @@
-//! PNG and JPEG: code values 0..1 as stored, 8 or 16 bits; colour profiles and gamma chunks are
-//! ignored (sRGB is taken for granted by whoever wants light).
+//! PNG and JPEG: code values 0..1 as stored, 8 or 16 bits, turned upright; the curve that the file
+//! declares goes with them. Colour profiles are named, not applied.
 
+use super::curve::{Curve, of_png};
 use super::limits::{LoadOptions, room};
 use super::planar::Planar;
+use super::turn::Turn;
 use crate::base::num;
 use crate::base::quiet::guarded;
 use crate::error::InputError;
-use image::{ImageDecoder, ImageReader, Limits};
+use image::metadata::Orientation;
+use image::{ImageDecoder, ImageError, ImageReader, Limits};
 use std::io::Cursor;
 
 /// Reads planes R, G, B or Y, and A where there is one.
@@ -18,6 +21,15 @@ pub(super) fn read(
     let damaged = |found: String| {
         InputError::new(subject, "an intact PNG or JPEG file", found, "export the image again")
     };
+    let failed = |error: ImageError| {
+        let ImageError::Unsupported(what) = &error else { return damaged(error.to_string()) };
+        InputError::new(
+            subject,
+            "a PNG or JPEG file of a kind that is read",
+            what.to_string(),
+            "save the image as a plain PNG or a baseline JPEG",
+        )
+    };
     let limits = || {
         let mut limits = Limits::default();
         limits.max_alloc = Some(options.max_bytes());
@@ -28,7 +40,7 @@ pub(super) fn read(
             .with_guessed_format()
             .map_err(|e| damaged(e.to_string()))?;
         reader.limits(limits());
-        let mut decoder = reader.into_decoder().map_err(|e| damaged(e.to_string()))?;
+        let mut decoder = reader.into_decoder().map_err(failed)?;
         let (width, height) = decoder.dimensions();
         let total = decoder.total_bytes();
         let what = format!("{width}x{height} pixels");
@@ -39,15 +51,17 @@ pub(super) fn read(
         if bytes.starts_with(b"\x89PNG") && u128::from(total) > most {
             return Err(damaged(format!("{what} in {} bytes", bytes.len())));
         }
-        decoder.set_limits(limits()).map_err(|e| damaged(e.to_string()))?;
+        decoder.set_limits(limits()).map_err(failed)?;
+        let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+        let profile = decoder.icc_profile().ok().flatten().is_some();
         let colour = decoder.color_type();
         let size = num::usize(total);
         let mut buffer = room(size, subject)?;
         buffer.resize(size, 0);
-        decoder.read_image(&mut buffer).map_err(|e| damaged(e.to_string()))?;
-        Ok((width, height, colour, buffer))
+        decoder.read_image(&mut buffer).map_err(failed)?;
+        Ok((width, height, colour, buffer, orientation, profile))
     });
-    let (width, height, colour, buffer) = result.map_err(damaged)??;
+    let (width, height, colour, buffer, orientation, profile) = result.map_err(damaged)??;
     // `image` decodes these two formats to 8 or 16 bits only.
     let names: &[&str] = match colour.channel_count() {
         1 => &["Y"],
@@ -73,11 +87,44 @@ pub(super) fn read(
         }));
         planes.push(plane);
     }
-    Ok(Planar {
-        width: width as usize,
-        height: height as usize,
-        channels: names.iter().map(|n| (*n).to_owned()).zip(planes).collect(),
-        linear: false,
-        envmap: None,
-    })
+    let channels = names.iter().map(|n| (*n).to_owned()).zip(planes).collect();
+    let mut planar = Planar::plain(width as usize, height as usize, channels);
+    planar.curve = (Curve::Srgb, "as usual for JPEG");
+    if bytes.starts_with(b"\x89PNG") {
+        match (guarded(|| of_png(bytes)).map_err(damaged)?, options.transfer) {
+            (Ok((curve, why, remarks)), _) => {
+                planar.curve = (curve, why);
+                planar.remarks = remarks;
+            }
+            (Err(_), Some(_)) => {}
+            (Err(found), None) => {
+                return Err(InputError::new(
+                    subject,
+                    "a linear picture, sRGB, BT.709 or a power",
+                    found,
+                    "give --transfer linear or --transfer srgb, or convert the image",
+                )
+                .at("cICP"));
+            }
+        }
+    } else if profile {
+        planar.remarks.push("its ICC profile is not applied".into());
+    }
+    turn(orientation).apply(&mut planar, subject, "EXIF orientation")?;
+    Ok(planar)
+}
+
+/// The turn that makes a picture upright.
+const fn turn(orientation: Orientation) -> Turn {
+    let (transpose, columns, rows) = match orientation {
+        Orientation::NoTransforms => (false, false, false),
+        Orientation::FlipHorizontal => (false, true, false),
+        Orientation::FlipVertical => (false, false, true),
+        Orientation::Rotate180 => (false, true, true),
+        Orientation::Rotate90 => (true, false, true),
+        Orientation::Rotate270 => (true, true, false),
+        Orientation::Rotate90FlipH => (true, false, false),
+        Orientation::Rotate270FlipH => (true, true, true),
+    };
+    Turn { transpose, columns, rows }
 }

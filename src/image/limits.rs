@@ -1,20 +1,37 @@
 //! The limits that a user sets on an image.
 
+use super::curve::Transfer;
+use super::layout::Layout;
 use crate::error::InputError;
 
 /// What a user allows and asks for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Largest image in MiB (2²⁰ bytes) of uncompressed pixels: EXR as stored, Radiance as 12 bytes
     /// a pixel, PNG and JPEG as decoded. A file, and level 0 of a cube as f32, may have four times that.
     pub max_image_mb: u64,
     /// Texels along a cube's edge; the map's own choice where absent.
     pub face_size: Option<usize>,
+    /// The shape of an environment, instead of what its size says.
+    pub layout: Option<Layout>,
+    /// The curve of samples, instead of the file's word.
+    pub transfer: Option<Transfer>,
+    /// The colour of what a data window leaves empty of its display window.
+    pub fill: Option<[f32; 3]>,
+    /// Distances from here on mean that nothing is there.
+    pub far: Option<f64>,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { max_image_mb: 512, face_size: None }
+        Self {
+            max_image_mb: 512,
+            face_size: None,
+            layout: None,
+            transfer: None,
+            fill: None,
+            far: None,
+        }
     }
 }
 

@@ -1,15 +1,16 @@
 //! Loading images: the kind of a file, its limits, its colours, its bad texels.
 
-use super::exr_in::{self, Want};
+use super::curve::Curve;
+use super::exr_in::{self, Suits, Want};
 use super::layout::{EnvPicture, to_cube};
 use super::limits::{LoadOptions, room};
 use super::planar::{Colour, Planar};
-use super::{ldr, mips, radiance};
+use super::{colours, ldr, mips, radiance, window};
 use crate::base::num;
 use crate::cube::CubeMap;
 use crate::error::InputError;
 use crate::planar::{PlanarLevel, PlanarMap};
-use crate::srgb::srgb_decode;
+use crate::taken::Taken;
 use std::io::Read;
 use std::path::Path;
 
@@ -65,15 +66,36 @@ impl Cleaned {
     }
 }
 
+/// A map, what had to be cleaned of its texels, and what its file was taken for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded<M, C = Cleaned> {
+    /// The map.
+    pub map: M,
+    /// What was cleaned.
+    pub cleaned: C,
+    /// In words.
+    pub taken: Taken,
+}
+
 /// Loads the top level of any image as planes.
 ///
-/// EXR: the first part, its data window, channel names as stored (u32 samples rounded to f32).
+/// EXR: the first part with colours, else the first; `FILE.exr:NAME` names a part, a layer or a
+/// channel; the data window, channel names as stored (u32 samples rounded to f32).
 ///
 /// # Errors
 ///
 /// See [`load_planar_levels`].
 pub fn load_planar(path: &Path, options: &LoadOptions) -> Result<Planar, InputError> {
-    only(load(path, options, Want::Top)?, path)
+    only(load(path, options, Want::Top, &has_light)?, path)
+}
+
+/// The same for another purpose.
+pub(super) fn load_planar_for(
+    path: &Path,
+    options: &LoadOptions,
+    suits: Suits<'_>,
+) -> Result<Planar, InputError> {
+    only(load(path, options, Want::Top, suits)?, path)
 }
 
 /// Loads every stored mip level, level 0 first; files without a mip chain have one.
@@ -83,33 +105,38 @@ pub fn load_planar(path: &Path, options: &LoadOptions) -> Result<Planar, InputEr
 /// A file that cannot be read, is of no known kind, exceeds the limit, is damaged, or holds what
 /// is refused by name: deep data, sub-sampled channels, compressions that the decoder lacks.
 pub fn load_planar_levels(path: &Path, options: &LoadOptions) -> Result<Vec<Planar>, InputError> {
-    load(path, options, Want::AllMips)
+    load(path, options, Want::AllMips, &has_light)
 }
 
-/// Loads an environment as a cube map with its mip chain, and says what had to be cleaned.
+fn has_light(names: &[&str], layer: Option<&str>) -> bool {
+    colours::find(names, layer).is_ok()
+}
+
+/// Loads an environment as a cube map with its mip chain, and says what it was taken for.
 ///
-/// Colours as [`Planar::colour`] finds them, PNG and JPEG decoded from sRGB; NaN, infinite and
-/// negative samples cleaned before any filtering; alpha ignored; pixels are those of the data
-/// window wherever the display window lies. Layouts: see [`super::layout`].
+/// Colours as [`Planar::colour`] finds them, decoded by the file's curve; NaN, infinite and negative
+/// samples cleaned before any filtering; alpha ignored; pixels outside the display window cropped.
+/// Layouts: see [`super::layout`].
 ///
 /// # Errors
 ///
-/// As [`load_planar_levels`], and where colours or layout are not understood, or the cube of
+/// As [`load_planar_levels`], and where colours, window or layout are not understood, or the cube of
 /// `face_size` (or of the map's own choice) exceeds four times the limit.
-pub fn load_environment(
-    path: &Path,
-    options: &LoadOptions,
-) -> Result<(CubeMap, Cleaned), InputError> {
+pub fn load_environment(path: &Path, options: &LoadOptions) -> Result<Loaded<CubeMap>, InputError> {
     let subject = path.display().to_string();
     if let Some(size) = options.face_size {
         options.admit_cube(size)?;
     }
     let planar = load_planar(path, options)?;
-    let (width, height, envmap) = (planar.width, planar.height, planar.envmap);
-    let (texels, cleaned) = linear(planar, &subject)?;
+    let envmap = planar.envmap;
+    let Light { size: [width, height], texels, cleaned, mut taken } =
+        light(planar, options, &subject)?;
     let picture = EnvPicture { width, height, texels, envmap };
-    let level0 = to_cube(picture, options, &subject)?;
-    Ok((mips::build_mips(level0), cleaned))
+    let (level0, kind) = to_cube(picture, options, &subject)?;
+    taken.option = "--env";
+    taken.kind = kind;
+    taken.flags = &["--env-layout", "--transfer", "--fill", "FILE.exr:NAME"];
+    Ok(Loaded { map: mips::build_mips(level0), cleaned, taken })
 }
 
 /// Loads a 2-D texture with its mip chain, and says what had to be cleaned. Colours as in [`load_environment`].
@@ -117,13 +144,10 @@ pub fn load_environment(
 /// # Errors
 ///
 /// As [`load_planar_levels`], and where colours are not understood or a side exceeds [`MAX_TEXTURE`].
-pub fn load_texture(
-    path: &Path,
-    options: &LoadOptions,
-) -> Result<(PlanarMap, Cleaned), InputError> {
+pub fn load_texture(path: &Path, options: &LoadOptions) -> Result<Loaded<PlanarMap>, InputError> {
     let subject = path.display().to_string();
     let planar = load_planar(path, options)?;
-    let size = [planar.width, planar.height];
+    let Light { size, texels, cleaned, mut taken } = light(planar, options, &subject)?;
     if size.iter().any(|n| *n > MAX_TEXTURE) {
         return Err(InputError::new(
             subject,
@@ -133,37 +157,61 @@ pub fn load_texture(
         )
         .at("size"));
     }
-    let (texels, cleaned) = linear(planar, &subject)?;
-    Ok((mips::build_planar_mips(PlanarLevel { size, texels }), cleaned))
+    taken.option = "--texture";
+    taken.kind = format!("texture {}x{}, s to the right, t down", size[0], size[1]);
+    taken.flags = &["--transfer", "--fill", "FILE.exr:NAME"];
+    Ok(Loaded { map: mips::build_planar_mips(PlanarLevel { size, texels }), cleaned, taken })
 }
 
 /// Longest side of a 2-D texture, which the unit's address registers are made for.
 pub const MAX_TEXTURE: usize = 1 << 15;
 
-/// A picture's linear RGB, cleaned.
-fn linear(mut planar: Planar, subject: &str) -> Result<(Vec<[f32; 3]>, Cleaned), InputError> {
+/// A picture's linear RGB, cleaned, in its display window.
+struct Light {
+    size: [usize; 2],
+    texels: Vec<[f32; 3]>,
+    cleaned: Cleaned,
+    taken: Taken,
+}
+
+fn light(mut planar: Planar, options: &LoadOptions, subject: &str) -> Result<Light, InputError> {
     let colour = planar.colour(subject)?;
+    let fitted = window::fitted(&planar, options, subject)?;
+    let (curve, why) = match options.transfer {
+        Some(transfer) => (Curve::from(transfer), "by --transfer"),
+        None => planar.curve,
+    };
+    let taken = Taken {
+        file: subject.to_owned(),
+        from: planar.source(colour),
+        transfer: [curve.name().as_str(), why].join(" ").trim_end().to_owned(),
+        window: fitted.words.clone(),
+        remarks: std::mem::take(&mut planar.remarks),
+        ..Taken::default()
+    };
     let mut cleaned = Cleaned::default();
-    let (linear, width, height) = (planar.linear, planar.width, planar.height);
-    let mut take = |index: usize| {
+    let fill = options.fill.unwrap_or_default();
+    let mut take = |index: usize, fill: f32| -> Result<Vec<f32>, InputError> {
         let mut samples = std::mem::take(&mut planar.channels[index].1);
         cleaned.clean(&mut samples);
-        if !linear {
+        if curve != Curve::Linear {
             for s in &mut samples {
-                *s = num::f32(srgb_decode(f64::from(*s)));
+                *s = num::f32(curve.decode(f64::from(*s)));
             }
         }
-        samples
+        fitted.plane(samples, fill, subject)
     };
-    let mut texels: Vec<[f32; 3]> = room(width * height, subject)?;
+    let mut texels: Vec<[f32; 3]> = room(fitted.size[0] * fitted.size[1], subject)?;
     match colour {
-        Colour::Grey(y) => texels.extend(take(y).into_iter().map(|v| [v; 3])),
+        Colour::Grey(y) => {
+            texels.extend(take(y, fill[1])?.into_iter().map(|v| [v; 3]));
+        }
         Colour::Rgb([r, g, b]) => {
-            let (r, g, b) = (take(r), take(g), take(b));
+            let (r, g, b) = (take(r, fill[0])?, take(g, fill[1])?, take(b, fill[2])?);
             texels.extend(r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]));
         }
     }
-    Ok((texels, cleaned))
+    Ok(Light { size: fitted.size, texels, cleaned, taken })
 }
 
 fn only(levels: Vec<Planar>, path: &Path) -> Result<Planar, InputError> {
@@ -173,14 +221,29 @@ fn only(levels: Vec<Planar>, path: &Path) -> Result<Planar, InputError> {
         .ok_or_else(|| InputError::new(path.display().to_string(), "an image", "no pixels", ""))
 }
 
-fn load(path: &Path, options: &LoadOptions, want: Want) -> Result<Vec<Planar>, InputError> {
+/// A file, and the part, layer or channel that is named behind its `.exr:`.
+pub(super) fn selector(path: &Path) -> (&Path, Option<&str>) {
+    let split = || {
+        let (file, name) = path.to_str()?.rsplit_once(':')?;
+        (file.to_ascii_lowercase().ends_with(".exr") && !path.exists()).then_some((file, name))
+    };
+    split().map_or((path, None), |(file, name)| (Path::new(file), Some(name)))
+}
+
+fn load(
+    path: &Path,
+    options: &LoadOptions,
+    want: Want,
+    suits: Suits<'_>,
+) -> Result<Vec<Planar>, InputError> {
+    let (path, chosen) = selector(path);
     let subject = path.display().to_string();
     let bytes = read_file(path, &subject, options)?;
     let hdr_name = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("hdr") || e.eq_ignore_ascii_case("pic"));
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        exr_in::read(&bytes, &subject, options, want)
+        exr_in::read(&bytes, &subject, options, want, (chosen, suits))
     } else if bytes.starts_with(b"#?") || hdr_name {
         Ok(vec![radiance::read(&bytes, &subject, options)?])
     } else if bytes.starts_with(b"\x89PNG") || bytes.starts_with(&[0xff, 0xd8, 0xff]) {

@@ -5,6 +5,8 @@
 //! file's own length before memory is taken for them, and a fault inside a decoder becomes an
 //! [`InputError`](crate::error::InputError).
 
+mod colours;
+mod cross;
 mod cubes;
 mod exr_header;
 mod exr_in;
@@ -12,7 +14,10 @@ mod latlong;
 mod ldr;
 mod radiance;
 mod resample;
+mod turn;
 
+pub mod bump;
+pub mod curve;
 pub mod distance;
 pub mod layout;
 pub mod limits;
@@ -20,12 +25,16 @@ pub mod load;
 pub mod mips;
 pub mod planar;
 pub mod whole;
+pub mod window;
 pub mod write;
 pub mod write_planes;
 
+pub use bump::load_bump_planes;
+pub use curve::{Curve, Transfer};
 pub use distance::{CleanedDistances, load_distance};
+pub use layout::Layout;
 pub use limits::LoadOptions;
-pub use load::{Cleaned, load_environment, load_planar, load_planar_levels};
+pub use load::{Cleaned, Loaded, load_environment, load_planar, load_planar_levels};
 pub use mips::build_mips;
 pub use planar::{EnvLayout, Planar};
 pub use whole::{OutputFolder, WholeFile};

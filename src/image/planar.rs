@@ -1,6 +1,11 @@
 //! Any image as named planes of floats, and how colours are found among them.
 
+use super::colours;
+use super::curve::Curve;
+use super::window::Windows;
 use crate::error::InputError;
+
+pub use super::colours::Colour;
 
 /// The meaning of an `envmap` attribute for a file's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,92 +27,99 @@ pub struct Planar {
     ///
     /// PNG and JPEG have `R G B` or `Y` (and `A` where stored), as raw code values 0..1.
     pub channels: Vec<(String, Vec<f32>)>,
-    /// False where the samples are code values on the sRGB curve (PNG, JPEG); alpha never is.
-    pub linear: bool,
+    /// The curve between samples and light, which alpha never has, and what says so.
+    pub curve: (Curve, &'static str),
     /// The file's `envmap` attribute.
     pub envmap: Option<EnvLayout>,
-}
-
-/// Which planes make up a colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Colour {
-    /// Indices of red, green and blue.
-    Rgb([usize; 3]),
-    /// One plane for all three.
-    Grey(usize),
+    /// The windows of an EXR file.
+    pub windows: Option<Windows>,
+    /// The name of the part that was read, where the file has several.
+    pub part: Option<String>,
+    /// The layer or channel that was asked for.
+    pub layer: Option<String>,
+    /// What the reader has to say about the file.
+    pub remarks: Vec<String>,
 }
 
 impl Planar {
+    /// Planes of light without any declaration.
+    pub(super) fn plain(width: usize, height: usize, channels: Vec<(String, Vec<f32>)>) -> Self {
+        Self {
+            width,
+            height,
+            channels,
+            curve: (Curve::Linear, ""),
+            envmap: None,
+            windows: None,
+            part: None,
+            layer: None,
+            remarks: Vec::new(),
+        }
+    }
+
     /// The samples of a channel.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.iter().find(|(n, _)| n == name).map(|(_, samples)| samples.as_slice())
     }
 
+    /// Whether samples are light by the file's own word.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        self.curve.0 == Curve::Linear
+    }
+
     /// The channels' names for a message, the first twelve.
     #[must_use]
     pub fn channel_list(&self) -> String {
-        let names: Vec<&str> = self.channels.iter().map(|(n, _)| n.as_str()).collect();
-        list(&names)
+        list(&self.names())
     }
 
-    /// Finds the colour planes.
-    ///
-    /// `R G B` of the unnamed layer; else a lone `Y`, or a lone channel of any name apart from alpha,
-    /// as grey; else the only named layer that has all of `R G B` (`diffuse.R` …).
+    fn names(&self) -> Vec<&str> {
+        self.channels.iter().map(|(n, _)| n.as_str()).collect()
+    }
+
+    /// Finds the colour planes, see [`Colour`].
     ///
     /// # Errors
     ///
-    /// Luminance with chroma (`RY BY`), two of the three colours, or several candidates.
+    /// Luminance with chroma (`RY BY`), two of the three colours, depth alone, or several candidates.
     pub fn colour(&self, subject: &str) -> Result<Colour, InputError> {
-        let position = |name: &str| self.channels.iter().position(|(n, _)| n == name);
-        if let (Some(r), Some(g), Some(b)) = (position("R"), position("G"), position("B")) {
-            return Ok(Colour::Rgb([r, g, b]));
-        }
-        let names: Vec<&str> = self.channels.iter().map(|(n, _)| n.as_str()).collect();
-        let error = |found: String| {
-            Err(InputError::new(
+        colours::find(&self.names(), self.layer.as_deref()).map_err(|found| {
+            InputError::new(
                 subject,
-                "channels R, G and B, or a single channel",
+                "channels R, G and B, or a single channel of light",
                 found,
-                "convert the image to RGB",
+                "name a part, layer or channel as in FILE.exr:NAME, or convert the image to RGB",
             )
-            .at("channels"))
+            .at("channels")
+        })
+    }
+
+    /// What of the file was read, in words: `channels R G B of part "rgb"`.
+    #[must_use]
+    pub fn source(&self, colour: Colour) -> String {
+        let name = |i: usize| shown(&self.channels[i].0);
+        let channels = match colour {
+            Colour::Rgb(rgb) => format!("channels {}", rgb.map(name).join(" ")),
+            Colour::Grey(y) => format!("channel {} as grey", name(y)),
         };
-        if position("RY").is_some() || position("BY").is_some() {
-            return error("luminance with chroma (Y, RY, BY)".to_owned());
+        match &self.part {
+            None => channels,
+            Some(part) => format!("{channels} of part \"{}\"", shown(part)),
         }
-        let plain: Vec<usize> =
-            (0..names.len()).filter(|&i| names[i] != "A" && !names[i].contains('.')).collect();
-        if let Some(y) = position("Y") {
-            return Ok(Colour::Grey(y));
-        }
-        if let [only] = plain[..] {
-            return Ok(Colour::Grey(only));
-        }
-        let layers: Vec<[usize; 3]> = names
-            .iter()
-            .filter_map(|name| name.strip_suffix(".R"))
-            .filter_map(|layer| {
-                let of = |c: &str| position(&format!("{layer}.{c}"));
-                Some([of("R")?, of("G")?, of("B")?])
-            })
-            .collect();
-        if let (true, [only]) = (plain.is_empty(), &layers[..]) {
-            return Ok(Colour::Rgb(*only));
-        }
-        error(list(&names))
     }
 }
 
-/// Channel names for a message, the first twelve.
-fn list(names: &[&str]) -> String {
-    let mut text: String = names
-        .iter()
-        .take(12)
-        .map(|n| n.chars().filter(|c| !c.is_control()).take(40).collect())
-        .collect::<Vec<String>>()
-        .join(", ");
+/// A name from a file for a message: printable, at most 40 characters.
+pub(super) fn shown(name: &str) -> String {
+    name.chars().filter(|c| !c.is_control()).take(40).collect()
+}
+
+/// Names for a message, the first twelve.
+pub(super) fn list(names: &[&str]) -> String {
+    let first: Vec<String> = names.iter().take(12).map(|n| shown(n)).collect();
+    let mut text = first.join(", ");
     if names.len() > 12 {
         text += ", …";
     }
@@ -115,37 +127,4 @@ fn list(names: &[&str]) -> String {
         text = "no channel".to_owned();
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn planar(names: &[&str]) -> Planar {
-        Planar {
-            width: 1,
-            height: 1,
-            channels: names.iter().map(|n| ((*n).to_owned(), vec![0.0])).collect(),
-            linear: true,
-            envmap: None,
-        }
-    }
-
-    #[test]
-    fn colours_are_found_by_name() {
-        let of = |names: &[&str]| planar(names).colour("f").ok();
-        assert_eq!(of(&["A", "B", "G", "R"]), Some(Colour::Rgb([3, 2, 1])));
-        assert_eq!(
-            of(&["B", "G", "R", "diffuse.B", "diffuse.G", "diffuse.R"]),
-            Some(Colour::Rgb([2, 1, 0]))
-        );
-        assert_eq!(of(&["A", "Y"]), Some(Colour::Grey(1)));
-        assert_eq!(of(&["G"]), Some(Colour::Grey(0)));
-        assert_eq!(of(&["v.B", "v.G", "v.R"]), Some(Colour::Rgb([2, 1, 0])));
-        assert_eq!(of(&["BY", "RY", "Y"]), None);
-        assert_eq!(of(&["G", "R"]), None);
-        assert_eq!(of(&[]), None);
-        let two = ["v.B", "v.G", "v.R", "w.B", "w.G", "w.R"];
-        assert_eq!(of(&two), None);
-    }
 }

@@ -23,6 +23,7 @@ pub fn page(run: &Value, images: &[Image]) -> String {
     let unit = knobs(&run["unit"]);
     let body = html! {
         (run_facts(run))
+        (section("Inputs", &inputs(run).html(false)))
         (section("Ladder", &ladder(run).html(false)))
         (pictures(run, images))
         (section("Engines", &engines(run).html(true)))
@@ -47,6 +48,27 @@ fn run_facts(run: &Value) -> Markup {
         ("seed", words(&run["seed"])),
         ("adapter", words(&run["adapter"])),
     ])
+}
+
+/// What each input file was taken for.
+fn inputs(run: &Value) -> Table {
+    Table::of(
+        list(&run["inputs"]),
+        &[
+            ("option", "", &|i| plain(&i["option"])),
+            ("file", "", &|i| plain(&i["file"])),
+            ("taken for", "", &|i| plain(&i["kind"])),
+            ("from", "", &|i| plain(&i["from"])),
+            ("transfer", "", &|i| plain(&i["transfer"])),
+            ("window", "", &|i| plain(&i["window"])),
+            ("remarks", "", &|i| {
+                text(list(&i["remarks"]).iter().map(words).collect::<Vec<_>>().join("; "))
+            }),
+            ("decided by", "", &|i| {
+                text(list(&i["decided_by"]).iter().map(words).collect::<Vec<_>>().join(" "))
+            }),
+        ],
+    )
 }
 
 fn ladder(run: &Value) -> Table {

@@ -2,6 +2,7 @@
 
 mod built_in;
 pub mod bump;
+pub mod bump_kind;
 pub mod bump_maps;
 pub mod environment;
 pub mod hit;

@@ -69,14 +69,15 @@ fn a_gpu_strip_is_copied_texel_for_texel() {
 fn the_asked_face_size_is_honoured_and_limited() {
     let folder = Folder::new();
     let load = |bytes: &[u8], size, mb| {
-        let options = LoadOptions { max_image_mb: mb, face_size: Some(size) };
+        let options =
+            LoadOptions { max_image_mb: mb, face_size: Some(size), ..LoadOptions::default() };
         load_environment(&folder.file("sized", bytes), &options)
     };
     let strip =
         exr_file(4, 24, rgb(4, 24), encoding(Compression::ZIP16, None), LayerAttributes::default());
     for bytes in [simple_exr(16, 8, Compression::ZIP16), strip] {
         for size in [1, 3, 8] {
-            let (map, _) = load(&bytes, size, 512).unwrap();
+            let map = load(&bytes, size, 512).unwrap().map;
             assert_eq!(map.size(), size);
             assert_eq!(map.levels.last().unwrap().size, 1);
         }
@@ -100,7 +101,7 @@ fn a_strong_reduction_keeps_the_mean_of_the_sphere() {
     let encoding = encoding(Compression::ZIP16, None);
     let bytes = exr_file(width, height, channels, encoding, LayerAttributes::default());
     let options = LoadOptions { face_size: Some(2), ..LoadOptions::default() };
-    let (map, _) = load_environment(&folder.file("stripes", &bytes), &options).unwrap();
+    let map = load_environment(&folder.file("stripes", &bytes), &options).unwrap().map;
     for texel in &map.levels[0].texels {
         assert!((texel[0] - 0.5).abs() <= 1.0 / 32.0, "{texel:?}");
         assert!(texel[0] == texel[1] && texel[1] == texel[2]);
@@ -204,7 +205,7 @@ fn the_texel_across_an_edge_shares_the_side_that_was_crossed() {
 fn mips_of_a_loaded_map_are_the_boxes_of_its_level_0() {
     let folder = Folder::new();
     let path = folder.file("map.exr", &simple_exr(24, 12, Compression::PIZ));
-    let (map, _) = load_environment(&path, &LoadOptions::default()).unwrap();
+    let map = load_environment(&path, &LoadOptions::default()).unwrap().map;
     assert_eq!(map, build_mips(map.levels[0].clone()));
     assert_eq!(map.levels.len(), 4);
 }
@@ -226,7 +227,7 @@ fn a_map_of_4096_by_2048_loads() {
     let bytes = exr_file(width, height, channels, encoding, LayerAttributes::default());
     let path = folder.file("large.exr", &bytes);
     let start = std::time::Instant::now();
-    let (map, _) = load_environment(&path, &LoadOptions::default()).unwrap();
+    let map = load_environment(&path, &LoadOptions::default()).unwrap().map;
     eprintln!("{} MiB file, {:.2} s", bytes.len() >> 20, start.elapsed().as_secs_f64());
     assert_eq!((map.size(), map.levels.len()), (1024, 11));
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -39,7 +39,7 @@ fn every_exr_compression_and_sample_type_reads_what_was_written() {
             let bytes = exr_file(width, height, channels, encoding(compression, tile), attributes);
             let planar = folder.planar(&bytes).unwrap();
             assert_eq!((planar.width, planar.height), (width, height));
-            assert!(planar.linear && planar.envmap.is_none());
+            assert!(planar.is_linear() && planar.envmap.is_none());
             assert_eq!(planar.channel("id").unwrap(), c, "{compression:?} {tile:?}");
             assert_eq!(planar.channel("Z").unwrap(), b, "{compression:?} {tile:?}");
             let lossy = lossy_dct || matches!(compression, Compression::B44 | Compression::B44A);
@@ -158,7 +158,7 @@ fn png_pictures_hold_rounded_srgb_codes_and_text() {
         assert!(found, "{part}");
     }
     let planar = folder.planar(&bytes).unwrap();
-    assert!(!planar.linear);
+    assert!(!planar.is_linear());
     for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
         let codes: Vec<f32> = planar.channel(name).unwrap().to_vec();
         for (code, got) in codes.iter().enumerate().take(256) {
@@ -188,7 +188,7 @@ fn png_planes_are_raw_codes_of_eight_and_sixteen_bits() {
         folder.planar(&png_file(4, 4, ColorType::Grayscale, BitDepth::Eight, &data)).unwrap();
     let expected: Vec<f32> = data.iter().map(|v| f32::from(*v) / 255.0).collect();
     assert_eq!(planar.channel("Y").unwrap(), expected);
-    assert!(!planar.linear);
+    assert!(!planar.is_linear());
     let planar =
         folder.planar(&png_file(2, 4, ColorType::Grayscale, BitDepth::Sixteen, &data)).unwrap();
     let expected: Vec<f32> =
@@ -208,7 +208,7 @@ fn a_jpeg_is_read_as_raw_codes() {
     let flat = vec![200u8; 16 * 8];
     image::ImageEncoder::write_image(encoder, &flat, 16, 8, image::ExtendedColorType::L8).unwrap();
     let planar = folder.planar(&bytes).unwrap();
-    assert_eq!((planar.width, planar.height, planar.linear), (16, 8, false));
+    assert_eq!((planar.width, planar.height, planar.is_linear()), (16, 8, false));
     // One quantisation step of a flat block at quality 100 is 1 code; rounding may move it by one.
     let y = planar.channel("Y").unwrap();
     assert!(y.iter().all(|v| (v * 255.0 - 200.0).abs() <= 1.01));
@@ -219,7 +219,7 @@ fn radiance_pixels_are_mantissa_times_a_power_of_two() {
     let folder = Folder::new();
     let pixels = [[128, 64, 1, 129], [255, 3, 4, 136], [10, 20, 30, 0], [200, 100, 50, 137]];
     let planar = folder.planar(&hdr_file(2, 2, &pixels)).unwrap();
-    assert!(planar.linear);
+    assert!(planar.is_linear());
     assert_eq!(planar.channel("R").unwrap(), [1.0, 255.0, 0.0, 400.0]);
     assert_eq!(planar.channel("G").unwrap(), [0.5, 3.0, 0.0, 200.0]);
     assert_eq!(planar.channel("B").unwrap(), [1.0 / 128.0, 4.0, 0.0, 100.0]);

@@ -8,7 +8,7 @@ use crate::made::{COMPRESSIONS, Folder, encoding, exr_file, hdr_file, png_file, 
 use exr::prelude::{Compression, FlatSamples, LayerAttributes, f16};
 use tapline::base::quiet::install_quiet_panic_hook;
 use tapline::base::random::Random;
-use tapline::image::{LoadOptions, load_environment, load_planar};
+use tapline::image::{LoadOptions, Loaded, load_environment, load_planar};
 
 #[test]
 fn damaged_radiance_files_are_errors() {
@@ -224,7 +224,7 @@ fn files_with_random_damage_give_pixels_or_an_error() {
     let rounds =
         std::env::var("TAPLINE_DAMAGE_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(150);
     // A small limit keeps even a believed lie cheap.
-    let options = LoadOptions { max_image_mb: 1, face_size: Some(2) };
+    let options = LoadOptions { max_image_mb: 1, face_size: Some(2), ..LoadOptions::default() };
     let mut random = Random::new(1);
     let mut random = |below: usize| random.index(below);
     let (mut errors, mut pixels) = (0u32, 0u32);
@@ -237,7 +237,7 @@ fn files_with_random_damage_give_pixels_or_an_error() {
             }
             let path = folder.file("damaged", &bytes);
             match load_environment(&path, &options) {
-                Ok((map, _)) => {
+                Ok(Loaded { map, .. }) => {
                     pixels += 1;
                     let sane = |v: &f32| v.is_finite() && *v >= 0.0;
                     assert!(map.levels[0].texels.iter().flatten().all(sane));
@@ -290,7 +290,7 @@ fn unreadable_and_unknown_files_are_errors() {
     for bytes in [&b""[..], b"v/1", b"GIF89a", b"<html>"] {
         assert!(folder.planar(bytes).is_err());
     }
-    let small = LoadOptions { max_image_mb: 0, face_size: None };
+    let small = LoadOptions { max_image_mb: 0, ..LoadOptions::default() };
     let path = folder.file("small.exr", &simple_exr(2, 1, Compression::RLE));
     assert!(load_planar(&path, &small).is_err());
 }
@@ -301,7 +301,7 @@ fn the_image_limit_is_in_mebibytes_of_pixels() {
     // 512 × 256 × 3 floats are 1.5 MiB.
     let path = folder.file("limit.exr", &simple_exr(512, 256, Compression::RLE));
     let load = |mb| {
-        let options = LoadOptions { max_image_mb: mb, face_size: None };
+        let options = LoadOptions { max_image_mb: mb, ..LoadOptions::default() };
         load_planar(&path, &options)
     };
     assert!(load(2).is_ok());

@@ -35,7 +35,8 @@ impl Folder {
 
     pub(crate) fn environment(&self, bytes: &[u8]) -> Result<(CubeLevel, Cleaned), InputError> {
         let options = LoadOptions::default();
-        let (map, cleaned) = load_environment(&self.file("environment", bytes), &options)?;
+        let loaded = load_environment(&self.file("environment", bytes), &options)?;
+        let (map, cleaned) = (loaded.map, loaded.cleaned);
         Ok((map.levels.into_iter().next().unwrap(), cleaned))
     }
 }

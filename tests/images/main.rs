@@ -3,6 +3,7 @@
 mod environment;
 mod formats;
 mod hostile;
+mod inputs;
 mod made;
 mod metrics;
 mod pyramid_moments;

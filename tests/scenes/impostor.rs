@@ -48,12 +48,13 @@ fn an_impostor_comes_back_without_a_changed_bit() {
         let mut file = File::create(&path).unwrap();
         write_impostor(&mut file, &impostor, &[]).unwrap();
         let options = LoadOptions::default();
-        let (distance, cleaned) = load_distance(&path, None, &options).unwrap();
+        let loaded = load_distance(&path, &options).unwrap();
+        let (distance, cleaned) = (loaded.map, loaded.cleaned);
         assert_eq!(distance.size, 24);
         assert_eq!(bits(&distance.texels), bits(&impostor.distance.texels));
         assert_eq!(distance.texels.iter().any(|d| d.is_infinite()), infinite);
         assert_eq!(cleaned.note("f"), None);
-        let (colour, _) = load_environment(&path, &options).unwrap();
+        let colour = load_environment(&path, &options).unwrap().map;
         assert_eq!(colour, impostor.colour);
         let planar = load_planar(&path, &options).unwrap();
         let wall = planar.channel("wall.index").unwrap();
@@ -66,8 +67,10 @@ fn an_impostor_comes_back_without_a_changed_bit() {
 fn the_channel_is_found_by_name_and_a_missing_one_lists_those_present() {
     let folder = Folder::new();
     let plane = |value: f32| vec![value; 6];
-    let load = |path: &PathBuf, channel| {
-        load_distance(path, channel, &LoadOptions::default()).map(|(cube, _)| cube.texels[0])
+    let load = |path: &PathBuf, channel: Option<&str>| {
+        let named = channel.map(|c| PathBuf::from(format!("{}:{c}", path.display())));
+        let path = named.as_ref().unwrap_or(path);
+        load_distance(path, &LoadOptions::default()).map(|loaded| loaded.map.texels[0])
     };
     let path = folder.planes([1, 6], &[("A", plane(1.0)), ("Z", plane(2.0))]);
     assert_eq!(load(&path, None), Ok(2.0));
@@ -86,7 +89,8 @@ fn distances_that_are_none_become_infinite_and_are_counted() {
     let folder = Folder::new();
     let samples = vec![1.0, f32::NAN, -1.0, f32::NEG_INFINITY, f32::INFINITY, -0.0];
     let path = folder.planes([1, 6], &[("Z", samples)]);
-    let (cube, cleaned) = load_distance(&path, None, &LoadOptions::default()).unwrap();
+    let loaded = load_distance(&path, &LoadOptions::default()).unwrap();
+    let (cube, cleaned) = (loaded.map, loaded.cleaned);
     assert_eq!((cleaned.nan, cleaned.negative), (1, 2));
     let infinite = f32::INFINITY;
     let want = [1.0, infinite, infinite, infinite, infinite, 0.0];
@@ -101,7 +105,7 @@ fn resampling_keeps_infinite_texels_infinite_and_never_makes_a_nan() {
     let path = folder.planes([8, 48], &[("Z", samples)]);
     for face_size in [4, 16] {
         let options = LoadOptions { face_size: Some(face_size), ..LoadOptions::default() };
-        let (cube, _) = load_distance(&path, None, &options).unwrap();
+        let cube = load_distance(&path, &options).unwrap().map;
         assert_eq!(cube.texels.len(), 6 * face_size * face_size);
         assert!(cube.texels.iter().all(|d| d.is_infinite() || (d - 2.0).abs() < 1e-6));
         // Only the upper half of +x is infinite: its taps reach every face but −x, which it does not touch.
@@ -121,12 +125,12 @@ fn damaged_and_unfit_files_are_errors() {
     let path = folder.0.path().join("cut.exr");
     for length in (0..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..length]).unwrap();
-        assert!(load_distance(&path, None, &options).is_err(), "{length} bytes");
+        assert!(load_distance(&path, &options).is_err(), "{length} bytes");
     }
     let odd = folder.planes([5, 7], &[("Z", vec![1.0; 35])]);
-    assert!(load_distance(&odd, None, &options).is_err());
+    assert!(load_distance(&odd, &options).is_err());
     let small = LoadOptions { max_image_mb: 0, ..options };
-    assert!(load_distance(&odd, None, &small).is_err());
+    assert!(load_distance(&odd, &small).is_err());
 }
 
 #[test]
