@@ -8,6 +8,7 @@ use crate::distance::Distance;
 use crate::error::InputError;
 use crate::gpu::Gpu;
 use crate::image::{Layout, LoadOptions, Transfer, load_distance};
+use crate::mesh::Up;
 use crate::scene::bump_kind::{BumpChoice, BumpKind, Green};
 use crate::scene::registry::names;
 use crate::scene::tex::TEX_SCENES;
@@ -80,9 +81,12 @@ pub(super) struct SceneArgs {
     /// Largest image to read, in MiB of pixels.
     #[arg(long, value_name = "MIB", default_value_t = 512, allow_negative_numbers = true)]
     pub(super) max_image_mb: u64,
-    /// Mesh instead of a scene's ball: Wavefront .obj or glTF .glb.
+    /// Mesh instead of a scene's ball: Wavefront .obj, or glTF as .glb or .gltf.
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,
+    /// Axis of the mesh that points up.
+    #[arg(long, value_enum, value_name = "AXIS", requires = "mesh")]
+    pub(super) mesh_up: Option<Up>,
     /// Distances from the reference point for `hit` lines: box:HX,HY,HZ, sphere:R, or an EXR file
     /// (FILE.exr:CHANNEL names a channel; else `distance`, `Z` or `A`).
     #[arg(long, value_name = "MAP", num_args = 0..=1, allow_hyphen_values = true)]
@@ -111,6 +115,7 @@ impl SceneArgs {
             exposure: 0.0,
             max_image_mb: 512,
             mesh: None,
+            mesh_up: None,
             distance: None,
             distance_far: None,
         }

@@ -8,6 +8,7 @@ use crate::engine::job::lit::lit;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::impostor::write_impostor;
+use crate::mesh::Up;
 use crate::scene::SceneOptions;
 use crate::scene::hit;
 use crate::unit::UnitSpec;
@@ -47,6 +48,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         face_size: args.face_size,
         bump: None,
         mesh: None,
+        mesh_up: Up::Y,
     };
     let mut scene = hit::build(scene, &options)?;
     let mut file = WholeFile::create(output)?;

@@ -43,7 +43,7 @@ pub(super) fn load(
     let (options, mut inputs) = subject::options(args)?;
     if operation == Operation::Hit {
         let scene = hit::build(name, &options)?;
-        scene.notes.iter().for_each(|note| super::note(note));
+        subject::said(&scene.inputs, &mut inputs);
         let (distance, taken) = args.distance()?.unzip();
         inputs.extend(taken.flatten());
         let map = subject::load_map(args, &mut inputs)?;
@@ -52,7 +52,7 @@ pub(super) fn load(
     let floor = subject::load_texture(args, &mut inputs)?;
     let mut scene = tex::build(name, &options, floor)?;
     args.bounces.into_iter().for_each(|bounces| scene.show_only(bounces));
-    scene.notes.iter().for_each(|note| super::note(note));
+    subject::said(&scene.inputs, &mut inputs);
     let sky = subject::load_sky(args, &mut inputs)?;
     Ok((Job::Tex(Box::new(TexJob::new(scene, sky))), inputs))
 }

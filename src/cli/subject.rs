@@ -43,6 +43,7 @@ pub(super) fn options(args: &SceneArgs) -> Result<(SceneOptions, Vec<Taken>), In
         face_size: args.face_size,
         bump,
         mesh: args.mesh.clone(),
+        mesh_up: args.mesh_up.unwrap_or_default(),
     };
     Ok((options, inputs))
 }
@@ -52,6 +53,11 @@ pub(super) fn told<T>((input, taken): (T, Taken), inputs: &mut Vec<Taken>) -> T 
     super::note(&taken.to_string());
     inputs.push(taken);
     input
+}
+
+/// The same for what a scene has read.
+pub(super) fn said(taken: &[Taken], inputs: &mut Vec<Taken>) {
+    taken.iter().for_each(|taken| told(((), taken.clone()), inputs));
 }
 
 /// The same for an image, with what was cleaned of it.
@@ -103,9 +109,7 @@ pub(super) fn load(
     // A wrong name or size fails before a large map is read.
     let (options, mut inputs) = options(args)?;
     let scene = scene::build(name, &options, settings)?;
-    for note in &scene.notes {
-        super::note(note);
-    }
+    said(&scene.inputs, &mut inputs);
     let map = load_map(args, &mut inputs)?.unwrap_or_else(|| build_mips(scene.environment()));
     Ok((EnvJob::new(scene, map, settings), inputs))
 }

@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::image::{
     LoadOptions, load_bump_planes, load_distance, load_environment, load_planar_levels,
 };
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Up};
 use crate::scene::bump_kind::{BumpChoice, source};
 use crate::study::cost::CostModel;
 use crate::study::plan::Plan;
@@ -115,7 +115,7 @@ impl Reader {
 }
 
 fn load_mesh(path: &Path) -> Result<(), InputError> {
-    Mesh::load(path, glam::DVec3::ZERO, 1.0).map(|_| ())
+    Mesh::load(path, Up::Y, glam::DVec3::ZERO, 1.0).map(|_| ())
 }
 
 /// Readers of files get one, whose name ends like theirs.

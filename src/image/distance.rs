@@ -141,7 +141,7 @@ fn find(names: &[&str], layer: Option<&str>) -> Option<usize> {
     let position = |name: &str| names.iter().position(|n| *n == name);
     let usual =
         |layer: &str| DISTANCE_CHANNELS.iter().find_map(|n| position(&format!("{layer}{n}")));
-    if let Some(layer) = layer {
+    if let Some(layer) = layer.filter(|layer| !layer.is_empty()) {
         return position(layer).or_else(|| usual(&format!("{layer}.")));
     }
     usual("").or_else(|| {

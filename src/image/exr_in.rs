@@ -133,7 +133,9 @@ fn choose<'a>(
         return Some((contents.iter().position(|c| fits(c, None)).unwrap_or(0), None));
     };
     if let Some(index) = contents.iter().position(|c| c.name.as_deref() == Some(chosen)) {
-        return Some((index, None));
+        // What is named counts, even where it would not have been chosen.
+        let layer = (!fits(&contents[index], None)).then_some("");
+        return Some((index, layer));
     }
     let holds = |c: &Contents| {
         let inside =

@@ -1,14 +1,18 @@
-//! Triangle meshes: read from OBJ and glTF binary files, checked, fitted into a ball, met by rays.
+//! Triangle meshes: read from OBJ and glTF files, checked, fitted into a ball, met by rays.
 //!
 //! A file is read into corners as it has them ([`Soup`]), which is then checked, fitted and completed
 //! ([`Mesh`]). Only [`Mesh`] meets rays, so nothing that a ray sees has not been checked.
 
+mod accessors;
+mod buffers;
 mod bvh;
 mod fit;
-mod glb;
+mod gltf_file;
 mod intersect;
 mod normals;
 mod obj;
+mod polygon;
+mod pose;
 
 use std::io::Read as _;
 use std::path::Path;
@@ -16,6 +20,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::InputError;
+use crate::taken::Taken;
 pub use intersect::{Barycentric, meet};
 
 /// Largest file in bytes.
@@ -49,6 +54,18 @@ pub struct Soup {
     pub texcoords: Vec<[f64; 2]>,
     /// Corners, counter-clockwise seen from outside.
     pub triangles: Vec<[Corner; 3]>,
+    /// What the reader has to say about the file.
+    pub remarks: Vec<String>,
+}
+
+/// The axis of a file that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Up {
+    /// y, as in glTF.
+    #[default]
+    Y,
+    /// z, as CAD programs have it: (x, y, z) becomes (x, z, −y).
+    Z,
 }
 
 /// The changes to a file's triangles, for a line on stderr.
@@ -61,12 +78,12 @@ pub struct Repairs {
 }
 
 impl Repairs {
-    /// The line, or nothing where nothing was done.
+    /// In words, or nothing where nothing was done.
     #[must_use]
-    pub fn note(&self, subject: &str) -> Option<String> {
+    pub fn note(&self) -> Option<String> {
         (*self != Self::default()).then(|| {
             format!(
-                "{subject}: {} triangles without area left out, normals of {} corners computed",
+                "{} triangles without area left out, normals of {} corners computed",
                 self.degenerate, self.normals_computed
             )
         })
@@ -119,16 +136,41 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Reads a file (`.obj` or `.glb`, by its contents) and fits it into a ball: the middle of its
+    /// Reads a file (`.obj`, `.glb` or `.gltf`, by its contents) and fits it into a ball: the middle of its
     /// bounding box goes to `centre`, its farthest corner to the distance `radius`.
     ///
     /// # Errors
     /// A file that cannot be read, is of neither kind, is damaged or too large, or has no triangle
     /// with an area.
-    pub fn load(path: &Path, centre: DVec3, radius: f64) -> Result<(Self, Repairs), InputError> {
+    pub fn load(
+        path: &Path,
+        up: Up,
+        centre: DVec3,
+        radius: f64,
+    ) -> Result<(Self, Repairs, Taken), InputError> {
         let subject = path.display().to_string();
-        let soup = read(path, &subject)?;
-        Self::new(&soup, &subject, centre, radius)
+        let (mut soup, format) = read(path, &subject)?;
+        if up == Up::Z {
+            for vector in soup.positions.iter_mut().chain(&mut soup.normals) {
+                *vector = [vector[0], vector[2], -vector[1]];
+            }
+        }
+        let (mesh, repairs) = Self::new(&soup, &subject, centre, radius)?;
+        let (count, up) = (mesh.triangles.len(), if up == Up::Y { "y" } else { "z" });
+        let mut remarks = soup.remarks;
+        remarks.extend(repairs.note());
+        if (1..count).contains(&mesh.untextured) {
+            remarks.push(format!("{} triangles without texture coordinates", mesh.untextured));
+        }
+        let taken = Taken {
+            option: "--mesh",
+            file: subject,
+            kind: format!("{format}, {count} triangles, {up} up"),
+            remarks,
+            flags: &["--mesh-up"],
+            ..Taken::default()
+        };
+        Ok((mesh, repairs, taken))
     }
 
     /// The mesh of a soup, fitted into a ball.
@@ -191,7 +233,7 @@ impl Mesh {
 }
 
 /// Reads a file of either kind.
-fn read(path: &Path, subject: &str) -> Result<Soup, InputError> {
+fn read(path: &Path, subject: &str) -> Result<(Soup, &'static str), InputError> {
     let unreadable = |e: std::io::Error| {
         InputError::new(subject, "a readable mesh file", e.to_string(), "check the path")
     };
@@ -209,14 +251,15 @@ fn read(path: &Path, subject: &str) -> Result<Soup, InputError> {
     parse(&bytes, path, subject)
 }
 
-/// The soup of a file's bytes: glTF binary by its magic, OBJ by its name.
-fn parse(bytes: &[u8], path: &Path, subject: &str) -> Result<Soup, InputError> {
+/// The soup of a file's bytes and its format: glTF binary by its magic, the others by their names.
+fn parse(bytes: &[u8], path: &Path, subject: &str) -> Result<(Soup, &'static str), InputError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     if bytes.starts_with(b"glTF") {
-        return glb::parse(bytes, subject);
+        return Ok((gltf_file::parse(bytes, path, subject)?, "glTF binary"));
     }
     match extension.as_deref() {
-        Some("obj") => obj::parse(bytes, subject),
+        Some("obj") => Ok((obj::parse(bytes, subject)?, "Wavefront OBJ")),
+        Some("gltf") => Ok((gltf_file::parse(bytes, path, subject)?, "glTF")),
         Some("glb") => Err(InputError::new(
             subject,
             "a glTF binary file, which begins with `glTF`",
@@ -226,9 +269,9 @@ fn parse(bytes: &[u8], path: &Path, subject: &str) -> Result<Soup, InputError> {
         .at("byte 0")),
         other => Err(InputError::new(
             subject,
-            "a mesh in .obj or .glb",
+            "a mesh in .obj, .glb or .gltf",
             other.map_or("a name without ending".into(), |e| format!(".{e}")),
-            "convert the mesh to one of the two",
+            "convert the mesh to one of these",
         )),
     }
 }

@@ -1,31 +1,45 @@
 //! Wavefront OBJ: `v`, `vt`, `vn` and `f`; everything else is skipped.
 //!
-//! Polygons are cut into a fan from their first corner, which is right for convex ones. Indices count
+//! Convex polygons are cut into a fan from their first corner, others into ears, see [`polygon`](super::polygon). Indices count
 //! from 1 or, negative, back from the latest; an index must name something that stands above its face
 //! or below it, so ranges are checked at the end. A texture coordinate's v grows upwards: t = 1 − v.
 
+use super::polygon::recut;
 use super::{Corner, Soup, admit};
 use crate::base::num;
 use crate::error::InputError;
 
-/// Reads the bytes of a file.
+/// Reads the bytes of a file. A byte-order mark is skipped, a `\` at the end of a line joins it with the next, and
+/// what is not UTF-8 can only stand in names and comments, which are skipped.
 ///
 /// # Errors
-/// Text that is not UTF-8, a number or an index that cannot be read or is out of range, too many
-/// triangles, or no face; with the line.
+/// A number or an index that cannot be read or is out of range, too many triangles, or no face; with the line.
 pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        let remedy = "save the mesh as UTF-8";
+        return Err(InputError::new(subject, "text of single bytes", "UTF-16", remedy).at("byte 0"));
+    }
     let mut soup = Soup::default();
     // The line of each face, and the face of each triangle, so that a wrong index can be placed.
     let mut lines: Vec<u32> = Vec::new();
+    // First triangle and number of triangles of each polygon of more than three corners.
+    let mut polygons: Vec<(usize, usize)> = Vec::new();
     let mut number = 0u32;
-    for line in bytes.split(|b| *b == b'\n') {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut rest = bytes.split(|b| *b == b'\n');
+    while let Some(line) = rest.next() {
         number = number.saturating_add(1);
+        let first = number;
         let fail = |expected: &str, found: String| {
             InputError::new(subject, expected, found, "export the mesh again")
-                .at(format!("line {number}"))
+                .at(format!("line {first}"))
         };
-        let text =
-            std::str::from_utf8(line).map_err(|_| fail("UTF-8 text", "other bytes".into()))?;
+        let mut text = String::from_utf8_lossy(line);
+        while let Some(joined) = text.trim_end().strip_suffix('\\') {
+            let next = rest.next().unwrap_or_default();
+            number = number.saturating_add(1);
+            text = format!("{joined} {}", String::from_utf8_lossy(next)).into();
+        }
         // A comment ends a line, wherever it begins.
         let text = text.split('#').next().unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
@@ -43,13 +57,18 @@ pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
                 let v = v.map_err(|w| fail("vt U [V [W]]", w))?;
                 soup.texcoords.push([s, 1.0 - v]);
             }
-            Some("f") => {
+            // The old name of a face, `fo`, is still written by some.
+            Some("f" | "fo") => {
                 let before = soup.triangles.len();
                 face(&mut words, &mut soup).map_err(|w| {
                     fail("f with three corners V, V/VT, V//VN or V/VT/VN or more", w)
                 })?;
-                admit(soup.triangles.len(), subject, || format!("line {number}"))?;
-                lines.resize(lines.len() + soup.triangles.len() - before, number);
+                admit(soup.triangles.len(), subject, || format!("line {first}"))?;
+                let count = soup.triangles.len() - before;
+                lines.resize(lines.len() + count, first);
+                if count > 1 {
+                    polygons.push((before, count));
+                }
             }
             _ => {}
         }
@@ -62,6 +81,12 @@ pub(super) fn parse(bytes: &[u8], subject: &str) -> Result<Soup, InputError> {
             format!("none in {number} lines"),
             "export the mesh with its faces",
         ));
+    }
+    let kept = polygons.into_iter().filter(|(start, count)| recut(&mut soup, *start, *count));
+    let kept = kept.count();
+    if kept > 0 {
+        let what = "polygons that are not convex stay fans: they cross themselves or are too large";
+        soup.remarks.push(format!("{kept} {what}"));
     }
     Ok(soup)
 }

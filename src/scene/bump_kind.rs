@@ -123,14 +123,16 @@ pub fn source(
         _ if shares.grey >= BULK => {
             (BumpKind::Heights, format!("grey in {}", percent(shares.grey)))
         }
+        _ if shares.full_blue >= 0.999 => {
+            two(format!("blue is 1 in {}", percent(shares.full_blue)))
+        }
+        _ if shares.bluish >= 0.999 => {
+            (BumpKind::Normals, format!("blue leads in {}", percent(shares.bluish)))
+        }
         _ if shares.coded.max(shares.signed) >= 0.5 => (
             BumpKind::Normals,
             format!("unit length in {}", percent(shares.coded.max(shares.signed))),
         ),
-        _ if shares.full_blue >= BULK => two(format!("blue is 1 in {}", percent(shares.full_blue))),
-        _ if shares.bluish >= BULK => {
-            (BumpKind::Normals, format!("blue leads in {}", percent(shares.bluish)))
-        }
         _ => {
             return Err(InputError::new(
                 subject,

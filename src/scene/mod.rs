@@ -23,10 +23,11 @@ use crate::base::dual::{Dual, values};
 use crate::cube::CubeLevel;
 use crate::error::InputError;
 use crate::fragment::{Fragment, PixelFragment};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Up};
 use crate::operation::Operation;
 use crate::settings::Settings;
 use crate::stage::Stage;
+use crate::taken::Taken;
 pub use built_in::SCENES;
 use bump::{BumpMap, BumpSource};
 use pyramid::Pyramid;
@@ -60,11 +61,20 @@ pub struct SceneOptions {
     pub bump: Option<BumpSource>,
     /// A mesh file instead of the scene's ball.
     pub mesh: Option<PathBuf>,
+    /// The axis of the mesh that points up.
+    pub mesh_up: Up,
 }
 
 impl Default for SceneOptions {
     fn default() -> Self {
-        Self { width: DEFAULT_SIZE, height: DEFAULT_SIZE, face_size: None, bump: None, mesh: None }
+        Self {
+            width: DEFAULT_SIZE,
+            height: DEFAULT_SIZE,
+            face_size: None,
+            bump: None,
+            mesh: None,
+            mesh_up: Up::Y,
+        }
     }
 }
 
@@ -83,8 +93,8 @@ pub struct Scene {
     pub fragments: Vec<PixelFragment>,
     /// The surface as rays see it.
     pub surface: Surface,
-    /// What had to be said about the mesh file, if there is one.
-    pub notes: Vec<String>,
+    /// What the mesh file was taken for, if there is one.
+    pub inputs: Vec<Taken>,
 }
 
 impl Scene {
@@ -221,24 +231,24 @@ pub fn build(name: &str, options: &SceneOptions, settings: &Settings) -> Result<
         ))
     });
     let (camera, mut shape) = view(width, height);
-    let mut notes = Vec::new();
+    let mut inputs = Vec::new();
     if let Some(path) = &options.mesh {
-        let (mesh, note) = mesh_for(path, info, &shape, pyramid.is_some())?;
-        notes.extend(note);
+        let (mesh, taken) = mesh_for((path, options.mesh_up), info, &shape, pyramid.is_some())?;
+        inputs.push(taken);
         shape = Shape::Mesh(Arc::new(mesh));
     }
     let surface = Surface { camera, shape, pyramid };
     let fragments = fragments(&surface, width, height);
-    Ok(Scene { info, width, height, face_size, fragments, surface, notes })
+    Ok(Scene { info, width, height, face_size, fragments, surface, inputs })
 }
 
-/// The mesh that takes the place of a scene's ball, and the notes about it.
+/// The mesh that takes the place of a scene's ball, and what its file was taken for.
 fn mesh_for(
-    path: &Path,
+    (path, up): (&Path, Up),
     info: &SceneInfo,
     shape: &Shape,
     textured: bool,
-) -> Result<(Mesh, Option<String>), InputError> {
+) -> Result<(Mesh, Taken), InputError> {
     let Shape::Sphere { centre, radius, .. } = *shape else {
         return Err(InputError::new(
             "--mesh",
@@ -248,7 +258,7 @@ fn mesh_for(
         ));
     };
     let subject = path.display().to_string();
-    let (mesh, repairs) = Mesh::load(path, centre, radius)?;
+    let (mesh, _, taken) = Mesh::load(path, up, centre, radius)?;
     if textured && mesh.untextured() > 0 {
         return Err(InputError::new(
             subject,
@@ -257,7 +267,7 @@ fn mesh_for(
             "leave --bump out or export the mesh with texture coordinates",
         ));
     }
-    Ok((mesh, repairs.note(&subject)))
+    Ok((mesh, taken))
 }
 
 /// Refuses pictures and procedural environments without texels or too large for memory.

@@ -3,4 +3,5 @@
 mod commands;
 mod examples;
 mod extremes;
+mod inputs;
 mod registers;

@@ -23,7 +23,7 @@ fn damaged_radiance_files_are_errors() {
         "-Y 4 +X 8888888",
         "-Y 0 +X 4",
         "-Y 99999999999 +X 4",
-        "+Y 2 +X 4",
+        "+Y 2 +Y 4",
         "-Y -2 +X 4",
         "-Y 2",
         "",
@@ -33,9 +33,9 @@ fn damaged_radiance_files_are_errors() {
         bytes.extend([3, 2, 1, 128].repeat(8));
         assert!(folder.planar(&bytes).is_err(), "{line}");
     }
-    let xyz = b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n\x01\x02\x03\x80";
+    let xyz = b"#?RADIANCE\nFORMAT=32-bit_rle_spectral\n\n-Y 1 +X 1\n\x01\x02\x03\x80";
     let error = folder.planar(xyz).unwrap_err();
-    assert!(error.found.contains("xyze"), "{error}");
+    assert!(error.found.contains("spectral"), "{error}");
 }
 
 /// An attribute as stored in an EXR header.

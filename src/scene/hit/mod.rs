@@ -17,6 +17,7 @@ use super::{DEFAULT_FACE_SIZE, SceneOptions, check_size};
 use crate::error::InputError;
 use crate::fragment::HitFragment;
 use crate::mesh::Mesh;
+use crate::taken::Taken;
 pub use built_in::{GLASS, HIT_SCENES};
 use view::{Finish, View, look_at};
 
@@ -51,8 +52,8 @@ pub struct HitScene {
     pub lamp: Option<Lamp>,
     /// Middle and radius of a ball around the object.
     pub bound: (DVec3, f64),
-    /// What had to be said about the mesh file, if there is one.
-    pub notes: Vec<String>,
+    /// What the mesh file was taken for, if there is one.
+    pub inputs: Vec<Taken>,
 }
 
 impl HitScene {
@@ -124,14 +125,14 @@ pub fn build(name: &str, options: &SceneOptions) -> Result<HitScene, InputError>
     let plan = plan();
     let (lamp, bound) = (plan.lamp, (plan.centre, plan.radius));
     let mut view = plan.view(width, height);
-    let mut notes = Vec::new();
+    let mut inputs = Vec::new();
     if let Some(path) = &options.mesh {
-        let (mesh, repairs) = Mesh::load(path, bound.0, bound.1)?;
-        notes.extend(repairs.note(&path.display().to_string()));
+        let (mesh, _, taken) = Mesh::load(path, options.mesh_up, bound.0, bound.1)?;
+        inputs.push(taken);
         view.object = Arc::new(mesh);
     }
     let rays = rays(&view, width, height);
-    Ok(HitScene { info, width, height, face_size, rays, view, lamp, bound, notes })
+    Ok(HitScene { info, width, height, face_size, rays, view, lamp, bound, inputs })
 }
 
 fn rays(view: &View, width: usize, height: usize) -> Vec<PixelRay> {

@@ -20,6 +20,7 @@ use crate::base::num;
 use crate::error::InputError;
 use crate::mesh::Mesh;
 use crate::planar::PlanarMap;
+use crate::taken::Taken;
 pub use built_in::TEX_SCENES;
 use camera::{Camera, Lens};
 use paint::Paint;
@@ -52,8 +53,8 @@ pub struct TexScene {
     pub surfaces: Vec<(Shape, Finish)>,
     /// Textures; the first is the floor's.
     pub textures: Vec<PlanarMap>,
-    /// What had to be said about the mesh file, if there is one.
-    pub notes: Vec<String>,
+    /// What the mesh file was taken for, if there is one.
+    pub inputs: Vec<Taken>,
 }
 
 impl TexScene {
@@ -126,14 +127,14 @@ pub fn build(
         ));
     }
     let plan = plan();
-    let mut notes = Vec::new();
+    let mut inputs = Vec::new();
     let mut surfaces = plan.surfaces;
     match &options.mesh {
         None => surfaces.extend(plan.main),
         Some(path) => {
             let (centre, radius) = plan.bound;
-            let (mesh, repairs) = Mesh::load(path, centre, radius)?;
-            notes.extend(repairs.note(&path.display().to_string()));
+            let (mesh, _, taken) = Mesh::load(path, options.mesh_up, centre, radius)?;
+            inputs.push(taken);
             surfaces.push((Shape::Mesh(Arc::new(mesh)), Finish::Mirror));
         }
     }
@@ -157,6 +158,6 @@ pub fn build(
         only: None,
         surfaces,
         textures,
-        notes,
+        inputs,
     })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use tapline::mesh::Mesh;
+use tapline::mesh::{Mesh, Up};
 use tapline::scene::bump::BumpSource;
 use tapline::scene::{SceneOptions, build};
 use tapline::settings::Settings;
@@ -31,7 +31,7 @@ fn every_shared_mesh_loads_in_its_published_size_and_fills_the_view() {
     ];
     for (file, (name, triangles)) in shared().iter().zip(sizes) {
         assert!(file.ends_with(name));
-        let (mesh, repairs) = Mesh::load(file, DVec3::ZERO, 1.0).unwrap();
+        let (mesh, repairs, _) = Mesh::load(file, Up::Y, DVec3::ZERO, 1.0).unwrap();
         let all = mesh.triangles().len() + repairs.degenerate;
         assert!(triangles == 0 || all == triangles, "{name}: {all}");
         assert_eq!(mesh.untextured(), 0, "{name}");
@@ -71,7 +71,7 @@ fn obj_triangles_are_those_of_another_reader() {
                 })
             })
             .collect();
-        let (mesh, repairs) = Mesh::load(&file, DVec3::ZERO, 1.0).unwrap();
+        let (mesh, repairs, _) = Mesh::load(&file, Up::Y, DVec3::ZERO, 1.0).unwrap();
         if repairs.degenerate > 0 {
             assert!(theirs.len() / 3 == mesh.triangles().len() + repairs.degenerate);
             continue;

@@ -4,14 +4,14 @@ use std::io::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use tapline::mesh::Mesh;
+use tapline::mesh::{Mesh, Up};
 
 /// Loads bytes under a name's ending; the error's text, or nothing where they load.
 fn refused(ending: &str, bytes: &[u8]) -> Option<String> {
     let mut file = tempfile::Builder::new().suffix(ending).tempfile().unwrap();
     file.write_all(bytes).unwrap();
     file.flush().unwrap();
-    let error = Mesh::load(file.path(), DVec3::ZERO, 1.0).err()?;
+    let error = Mesh::load(file.path(), Up::Y, DVec3::ZERO, 1.0).err()?;
     assert_eq!(error.subject, file.path().display().to_string());
     Some(error.to_string())
 }
@@ -50,15 +50,16 @@ fn a_wrong_obj_is_refused_at_its_line() {
         assert!(error.as_ref().is_some_and(|e| e.contains(place)), "{text:?}: {error:?}");
     }
     let error = refused(".obj", b"v 0 0 0\nv \xff\xfe 0 0\n").unwrap();
-    assert!(error.contains("UTF-8") && error.contains("line 2"));
+    assert!(error.contains("line 2"));
+    assert!(refused(".obj", b"\xff\xfev\0 \0").unwrap().contains("UTF-16"));
 }
 
 #[test]
 fn a_missing_file_a_folder_and_another_kind_are_refused() {
     for path in ["/nowhere/mesh.obj", "/"] {
-        assert!(Mesh::load(Path::new(path), DVec3::ZERO, 1.0).is_err());
+        assert!(Mesh::load(Path::new(path), Up::Y, DVec3::ZERO, 1.0).is_err());
     }
-    assert!(refused(".stl", b"solid").unwrap().contains(".obj or .glb"));
+    assert!(refused(".stl", b"solid").unwrap().contains(".obj, .glb or .gltf"));
     assert!(refused(".glb", b"solid").unwrap().contains("glTF binary"));
 }
 
@@ -78,11 +79,16 @@ fn glb(change: impl Fn(&mut serde_json::Value), data: &[u8]) -> Vec<u8> {
         "buffers": [{"byteLength": data.len()}]
     });
     change(&mut root);
+    glb_of(&root, data)
+}
+
+/// A binary file of this JSON and this chunk.
+pub(super) fn glb_of(root: &serde_json::Value, data: &[u8]) -> Vec<u8> {
     let pad = |mut bytes: Vec<u8>, with: u8| {
         bytes.resize(bytes.len().next_multiple_of(4), with);
         bytes
     };
-    let json = pad(serde_json::to_vec(&root).unwrap(), b' ');
+    let json = pad(serde_json::to_vec(root).unwrap(), b' ');
     let data = pad(data.to_vec(), 0);
     let length = |n: usize| u32::try_from(n).unwrap().to_le_bytes();
     let mut out = b"glTF".to_vec();

@@ -2,5 +2,6 @@
 
 mod files;
 mod hostile;
+mod inputs;
 mod optics;
 mod rays;
