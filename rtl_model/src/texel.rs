@@ -156,6 +156,24 @@ pub fn decode(config: &Config, words: [u32; 3]) -> [i64; 3] {
     }
 }
 
+/// Whether a binary32 word lies beyond the largest texel, which is stored in its place.
+#[must_use]
+pub fn saturates(config: &Config, word: u32) -> bool {
+    let frac = i32::try_from(config.policy.texel.frac).unwrap_or(0);
+    let max = (1u64 << (config.policy.texel.int + config.policy.texel.frac)) - 1;
+    let Some((m, e)) = unpack(word) else {
+        return true;
+    };
+    // The first words that round beyond the format: 65520 of halves, 65472 of shared exponents.
+    let beyond = match config.policy.texel.format {
+        TexelFormat::Q => false,
+        TexelFormat::Half => word >= 0x477f_f000,
+        TexelFormat::Rgb9e5 => word >= 0x477f_c000,
+        TexelFormat::Unorm8 => round(255 * m, e).is_none_or(|code| code > 255),
+    };
+    m > 0 && (beyond || round(m, e + frac).is_none_or(|code| code > max))
+}
+
 /// Whether the datapath holds every finite half as it is, so that texels may stay halves in memory.
 #[must_use]
 pub fn keeps_half(config: &Config) -> bool {
@@ -167,6 +185,39 @@ pub fn keeps_half(config: &Config) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_saturates_where_a_larger_one_is_stored_alike_and_a_smaller_one_is_not() {
+        // Per format: the last word that does not saturate, where 4 integer bits are there, and where 17 are.
+        let word = f32_words();
+        for (format, int, last, first) in [
+            (TexelFormat::Q, 4, word[0], word[1]),
+            (TexelFormat::Half, 17, word[2], word[3]),
+            (TexelFormat::Rgb9e5, 17, word[4], word[5]),
+            (TexelFormat::Unorm8, 17, word[6], word[7]),
+        ] {
+            let mut config = Config::default();
+            (config.policy.texel.format, config.policy.texel.int) = (format, int);
+            assert!(!saturates(&config, last) && saturates(&config, first), "{format:?}");
+            let stored = |word: u32| decode(&config, [word, 0, 0]);
+            assert_eq!(stored(first), stored(0x7f00_0000), "{format:?}");
+            assert!(saturates(&config, 0x7f80_0000) && !saturates(&config, 0xff80_0000));
+        }
+    }
+
+    /// 16 less an ulp, 16; 65520 less an ulp, 65520; 65472 less an ulp, 65472; 1, 1 and a 255th.
+    fn f32_words() -> [u32; 8] {
+        [
+            0x417f_ffff,
+            0x4180_0000,
+            0x477f_efff,
+            0x477f_f000,
+            0x477f_bfff,
+            0x477f_c000,
+            0x3f80_0000,
+            0x3f80_8080,
+        ]
+    }
 
     #[test]
     fn packed_halves_keep_every_finite_value() {

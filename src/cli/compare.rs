@@ -1,5 +1,6 @@
 //! `compare`: the accuracy ladder of a scene, register errors, flags, speed, pictures.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rtl_model::regs::Reg;
@@ -9,7 +10,7 @@ use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
 use super::compare_tables::{print_tables, to_json};
-use super::job::{load, refuse_sampler};
+use super::job::{load, refuse_sampler, tell_losses};
 use super::output::{JsonTarget, Origin};
 use super::progress::Bar;
 use crate::engine::gpu::check::StageChecks;
@@ -76,6 +77,8 @@ pub(super) struct Results {
     pub(super) caustics: Option<Caustics>,
     /// What each input file was taken for.
     pub(super) inputs: Vec<Taken>,
+    /// What was lost when the maps were loaded.
+    pub(super) load_flags: BTreeMap<String, u64>,
     /// The engines that did not run.
     pub(super) skipped: Vec<Skipped>,
     /// Name and driver of the GPU that took part.
@@ -123,10 +126,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         .into());
     }
 
+    let load_flags = tell_losses(&job, &spec)?;
     let origin = Origin::new(&spec);
     let mut results = render_all(args, &kinds, &spec, &settings, &job, gpu)?;
     results.skipped.extend(skipped);
     results.inputs = inputs;
+    results.load_flags = load_flags;
     for (a, b) in min_psnr.iter().chain(&max_lsb8).map(|bound| (bound.a, bound.b)) {
         results.pair(a, b, args.scene_args.exposure)?;
     }
@@ -270,9 +275,18 @@ fn render_all(
         Job::Env(_) | Job::Tex(_) => Ok(None),
     };
     let caustics = caustics.map_err(InputError::from)?;
-    let (pairs, inputs) = (Vec::new(), Vec::new());
-    let mut results =
-        Results { renderings, pairs, registers, stages, caustics, inputs, skipped, adapter };
+    let (pairs, inputs, load_flags) = (Vec::new(), Vec::new(), BTreeMap::new());
+    let mut results = Results {
+        renderings,
+        pairs,
+        registers,
+        stages,
+        caustics,
+        inputs,
+        load_flags,
+        skipped,
+        adapter,
+    };
     for (a, b) in neighbours {
         results.pair(a, b, args.scene_args.exposure)?;
     }

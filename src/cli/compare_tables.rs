@@ -28,7 +28,8 @@ fn per(total: u64, parts: u64) -> f64 {
 }
 
 fn flags(results: &Results) -> BTreeMap<String, u64> {
-    results.get(EngineKind::Rtl).map(|r| r.flags.clone()).unwrap_or_default()
+    let rendered = results.get(EngineKind::Rtl).map(|r| r.flags.clone()).unwrap_or_default();
+    results.load_flags.clone().into_iter().chain(rendered).collect()
 }
 
 /// The results as `--json` writes them and the report shows them.

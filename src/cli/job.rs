@@ -1,7 +1,10 @@
 //! From flags to the job of a rendering command.
 
+use std::collections::BTreeMap;
+
 use super::args::SceneArgs;
 use super::subject;
+use crate::engine::ranges::losses;
 use crate::engine::{EngineKind, HitJob, Job, TexJob};
 use crate::error::InputError;
 use crate::operation::Operation;
@@ -9,6 +12,14 @@ use crate::scene::registry::find;
 use crate::scene::{hit, tex};
 use crate::settings::Settings;
 use crate::taken::Taken;
+use crate::unit::UnitSpec;
+
+/// Says what the unit's memories cannot hold of a job's maps, and counts it as flags.
+pub(super) fn tell_losses(job: &Job, spec: &UnitSpec) -> Result<BTreeMap<String, u64>, InputError> {
+    let losses = losses(job, spec)?;
+    losses.iter().for_each(|loss| super::note(&format!("{}: {}", loss.event.name(), loss.note)));
+    Ok(losses.iter().map(|loss| (loss.event.name().to_owned(), loss.count)).collect())
+}
 
 /// Refuses the engine that has no TEX operation for scenes of it.
 pub(super) fn refuse_sampler(scene: &str, kinds: &[EngineKind]) -> Result<(), InputError> {

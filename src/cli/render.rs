@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::Failure;
 use super::args::{RunArgs, SceneArgs, UnitArgs};
-use super::job::{load, refuse_sampler};
+use super::job::{load, refuse_sampler, tell_losses};
 use super::output::{Kind, Origin, write_picture};
 use super::progress::Bar;
 use crate::engine::{EngineKind, Setup};
@@ -53,6 +53,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let file = WholeFile::create(&args.output)?;
     let settings = args.run.settings(&spec);
     let (job, _) = load(&args.scene, &args.scene_args, &settings)?;
+    if args.engine == EngineKind::Rtl {
+        tell_losses(&job, &spec)?;
+    }
     let bar = Bar::new(args.engine.name(), job.total(args.engine));
     let progress = |n| bar.add(n);
     let truth = TruthOptions::default();

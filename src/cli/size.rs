@@ -9,8 +9,10 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::args::{UnitArgs, size as parse_size};
+use super::job::tell_losses;
 use super::output::{JsonTarget, Origin, unit_json};
 use super::study::job_at;
+use crate::engine::EngineKind;
 use crate::error::InputError;
 use crate::image::whole::WholeFile;
 use crate::operation::Operation;
@@ -20,6 +22,7 @@ use crate::study::cost::{CostModel, Sheet};
 use crate::study::plan::Place;
 use crate::study::size::{Found, Goal, Outcome, Shorter, SizeOptions, size};
 use crate::study::sweep::Sweep;
+use crate::truth::TruthOptions;
 use crate::unit::{ReferenceAxis, UnitSpec, file};
 
 #[derive(Debug, clap::Args)]
@@ -112,6 +115,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         )
         .into());
     }
+    tell_losses(&built, &base)?;
     let options = SizeOptions {
         goal,
         margin: args.margin,
@@ -120,7 +124,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         cost,
     };
     let start = Instant::now();
-    let (outcome, bench) = size(built, &base, &options)?;
+    let (outcome, mut bench) = size(built, &base, &options)?;
     let found = match outcome {
         Outcome::Found(found) => found,
         Outcome::Beyond(best) => {
@@ -129,6 +133,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let seconds = start.elapsed().as_secs_f64();
+    tell_white(&mut bench, &found.spec, &options)?;
     let sheets = sheets(&base, &found.spec, &bench, &options.cost);
     if !target.takes_stdout() {
         print(args, &found, &sheets, &options.cost, seconds)?;
@@ -145,6 +150,25 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         file.commit()?;
     }
     target.write(&to_json(args, &found, &sheets, &options.cost, seconds))
+}
+
+/// Says where a picture is mostly white, whose errors a bound on what is shown cannot see.
+fn tell_white(bench: &mut Sweep, spec: &UnitSpec, how: &SizeOptions) -> Result<(), InputError> {
+    let settings = spec.settings(how.reference_axis);
+    let white = libm::exp2(-how.exposure);
+    let picture = bench.reference_picture(EngineKind::F64, &settings, &TruthOptions::default())?;
+    let shown = picture.rgb.iter().zip(&picture.covered).filter(|(_, covered)| **covered);
+    let (mut count, mut clipped) = (0u64, 0u64);
+    for (rgb, _) in shown {
+        count += 1;
+        clipped += u64::from(rgb.iter().any(|c| *c >= white));
+    }
+    if 2 * clipped > count {
+        super::note(&format!(
+            "size: {clipped} of {count} fragments are clipped to white, where the bound sees no error; lower --exposure"
+        ));
+    }
+    Ok(())
 }
 
 /// The unit for every operation, the given one built for the scene, and the sized one.

@@ -231,6 +231,11 @@ fn lines(args: &Args, spec: &UnitSpec, input: &std::path::Path) -> Result<(), Fa
     super::note(&format!("version {}, unit {}, seed 0", env!("CARGO_PKG_VERSION"), spec.hash()));
     let mut memories = Memories { distance, ..Memories::of_map(map, face_size) };
     memories.texture_size = texture_size.unwrap_or(memories.texture_size);
+    if let (TraceEngine::Rtl, Some(distance)) = (args.engine, &memories.distance) {
+        for loss in crate::engine::ranges::distances(distance, spec)? {
+            super::note(&format!("{}: {}", loss.event.name(), loss.note));
+        }
+    }
     let mut tracer = Tracer::new(args.engine, spec, &settings, &memories)?;
     let out = std::io::BufWriter::new(std::io::stdout().lock());
     stream(&mut tracer, args.raw, &subject, BufReader::new(reader), out)

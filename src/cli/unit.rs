@@ -1,6 +1,7 @@
 //! `unit show|check`: every path with its value and meaning.
 
 use crate::base::num;
+use crate::engine::ranges::LoadEvent;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -99,7 +100,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                     show(&spec)?;
                 }
             }
-            let events: Vec<&str> = Event::ALL.iter().map(|e| e.name()).collect();
+            let events = events();
             target.write(&Origin::new(&spec).object(json!({
                 "unit": unit_json(&spec),
                 "register_bits": register_bits(&spec.config),
@@ -161,10 +162,16 @@ fn show(spec: &UnitSpec) -> Result<(), Failure> {
         register_bits(&spec.config),
         table_bits(&spec.config)?
     )?;
-    let events: Vec<&str> = Event::ALL.iter().map(|e| e.name()).collect();
+    let events = events();
     writeln!(out, "events: {}\n", events.join(" "))?;
     writeln!(out, "{}", bounds(spec))?;
     Ok(())
+}
+
+/// The names of all events, those of loading behind those of the stages.
+fn events() -> Vec<&'static str> {
+    let stages = Event::ALL.iter().map(|e| e.name());
+    stages.chain(LoadEvent::ALL.iter().map(|e| e.name())).collect()
 }
 
 /// Bits of all registers, each component once.

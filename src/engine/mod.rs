@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod hit;
 pub mod job;
 pub mod probe;
+pub mod ranges;
 pub mod registers;
 pub mod reuse;
 pub mod rtl;

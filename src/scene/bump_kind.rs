@@ -68,7 +68,8 @@ impl Shares {
         let codes = if within_one >= 3.0 * count * BULK { 16.0 / 255.0 } else { 0.0 };
         let tolerance = (mean / 8.0).max(codes);
         let step = 1.5 / 255.0;
-        let unit = |v: [f64; 3]| (v.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() <= 0.3;
+        let unit =
+            |v: [f64; 3]| v[2] > 0.0 && (v.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() <= 0.3;
         let mut out = Self::default();
         for t @ [r, g, b] in texels() {
             let spread = r.max(g).max(b) - r.min(g).min(b);
@@ -78,7 +79,8 @@ impl Shares {
             out.signed += share(unit(t));
             out.negative += share(t.iter().any(|c| *c < -0.05));
             out.no_blue += share(b.abs() <= step && spread > step);
-            out.full_blue += share((b - 1.0).abs() <= step);
+            // Exactly: a shallow map of normals has blues just below 1.
+            out.full_blue += share((b - 1.0).abs() <= 1e-6);
             out.bluish += share(b > 0.5 && b > r.max(g) && r.min(g) >= -step);
         }
         out
