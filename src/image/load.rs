@@ -163,6 +163,9 @@ pub fn load_texture(path: &Path, options: &LoadOptions) -> Result<Loaded<PlanarM
     Ok(Loaded { map: mips::build_planar_mips(PlanarLevel { size, texels }), cleaned, taken })
 }
 
+/// The largest number of 16 bits, which is what most units store.
+const LARGEST_HALF: f32 = 65504.0;
+
 /// Longest side of a 2-D texture, which the unit's address registers are made for.
 pub const MAX_TEXTURE: usize = 1 << 15;
 
@@ -181,7 +184,7 @@ fn light(mut planar: Planar, options: &LoadOptions, subject: &str) -> Result<Lig
         Some(transfer) => (Curve::from(transfer), "by --transfer"),
         None => planar.curve,
     };
-    let taken = Taken {
+    let mut taken = Taken {
         file: subject.to_owned(),
         from: planar.source(colour),
         transfer: [curve.name().as_str(), why].join(" ").trim_end().to_owned(),
@@ -210,6 +213,12 @@ fn light(mut planar: Planar, options: &LoadOptions, subject: &str) -> Result<Lig
             let (r, g, b) = (take(r, fill[0])?, take(g, fill[1])?, take(b, fill[2])?);
             texels.extend(r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]));
         }
+    }
+    let top = |texel: &[f32; 3]| texel.iter().copied().fold(0.0, f32::max);
+    let beyond = texels.iter().map(top).filter(|c| *c > LARGEST_HALF);
+    let (count, largest) = beyond.fold((0u64, 0.0f32), |(n, most), c| (n + 1, most.max(c)));
+    if count > 0 {
+        taken.remarks.push(format!("{count} pixels beyond {LARGEST_HALF}, the largest {largest}"));
     }
     Ok(Light { size: fitted.size, texels, cleaned, taken })
 }

@@ -5,6 +5,7 @@ mod conformance;
 mod fingerprint;
 mod gpu_scenes;
 mod images;
+mod inputs;
 mod output;
 mod run;
 mod size;
