@@ -287,7 +287,11 @@ pub(super) fn print_tables(
 ) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let fragments = job.fragments();
-    let env = args.scene_args.env.as_ref().map_or(job.origin().into(), |p| p.display().to_string());
+    let origin = match &args.scene_args.texture {
+        Some(_) => job.origin().replace("procedural textures, ", ""),
+        None => job.origin().to_owned(),
+    };
+    let env = args.scene_args.env.as_ref().map_or(origin, |p| p.display().to_string());
     let size = job.map().size();
     let [width, height] = job.size();
     writeln!(

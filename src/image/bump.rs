@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::limits::LoadOptions;
-use super::load::load_planar_for;
+use super::load::{has_light, load_planar_for};
 use super::planar::Colour;
 use super::{colours, window};
 use crate::error::InputError;
@@ -33,7 +33,7 @@ pub fn load_bump_planes(
 ) -> Result<BumpPlanes, InputError> {
     let subject = path.display().to_string();
     let suits = |names: &[&str], layer: Option<&str>| {
-        colours::find(names, layer).is_ok() || colours::vector(names, layer).is_some()
+        has_light(names, layer).max(u8::from(colours::vector(names, layer).is_some()))
     };
     let mut planar = load_planar_for(path, options, &suits)?;
     let names: Vec<&str> = planar.channels.iter().map(|(n, _)| n.as_str()).collect();

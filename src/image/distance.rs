@@ -73,9 +73,9 @@ pub fn load_distance(
     if let Some(size) = options.face_size {
         options.admit_cube(size)?;
     }
-    // Coverage is the last that is looked for, so it chooses no part.
+    // Coverage is the last that is looked for, so it comes behind every other part's channel.
     let suits = |names: &[&str], _: Option<&str>| {
-        find(names, None).is_some_and(|i| !names[i].ends_with('A'))
+        find(names, None).map_or(0, |i| 1 + u8::from(!names[i].ends_with('A')))
     };
     let mut planar = load_planar_for(path, options, &suits)?;
     if !planar.is_linear() {

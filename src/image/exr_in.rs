@@ -25,10 +25,10 @@ pub(super) enum Want {
     AllMips,
 }
 
-/// Whether a part has what is looked for, by its channels and the layer that is asked for.
-pub(super) type Suits<'a> = &'a dyn Fn(&[&str], Option<&str>) -> bool;
+/// How well a part suits, by its channels and the layer that is asked for; 0: not at all.
+pub(super) type Suits<'a> = &'a dyn Fn(&[&str], Option<&str>) -> u8;
 
-/// Reads one part: that which is named or holds what is named, else the first that suits, else the first.
+/// Reads one part: that which is named or holds what is named, else the first of those that suit best.
 pub(super) fn read(
     bytes: &[u8],
     subject: &str,
@@ -130,11 +130,13 @@ fn choose<'a>(
         suits(&names.iter().map(String::as_str).collect::<Vec<_>>(), layer)
     };
     let Some(chosen) = chosen else {
-        return Some((contents.iter().position(|c| fits(c, None)).unwrap_or(0), None));
+        // Of equals the first.
+        let best = (0..contents.len()).rev().max_by_key(|i| fits(&contents[*i], None));
+        return best.map(|index| (index, None));
     };
     if let Some(index) = contents.iter().position(|c| c.name.as_deref() == Some(chosen)) {
         // What is named counts, even where it would not have been chosen.
-        let layer = (!fits(&contents[index], None)).then_some("");
+        let layer = (fits(&contents[index], None) == 0).then_some("");
         return Some((index, layer));
     }
     let holds = |c: &Contents| {

@@ -108,8 +108,13 @@ pub fn load_planar_levels(path: &Path, options: &LoadOptions) -> Result<Vec<Plan
     load(path, options, Want::AllMips, &has_light)
 }
 
-fn has_light(names: &[&str], layer: Option<&str>) -> bool {
-    colours::find(names, layer).is_ok()
+/// Three colours before a single channel.
+pub(super) fn has_light(names: &[&str], layer: Option<&str>) -> u8 {
+    match colours::find(names, layer) {
+        Ok(Colour::Rgb(_)) => 2,
+        Ok(Colour::Grey(_)) => 1,
+        Err(_) => 0,
+    }
 }
 
 /// Loads an environment as a cube map with its mip chain, and says what it was taken for.

@@ -23,7 +23,7 @@ use crate::base::quiet::guarded;
 use crate::error::InputError;
 
 /// Beginnings of the extensions that concern neither the vertices nor where they stand.
-const HARMLESS: [&str; 23] = [
+const HARMLESS: [&str; 24] = [
     "ADOBE_materials_",
     "AGI_",
     "CESIUM_primitive_outline",
@@ -47,6 +47,7 @@ const HARMLESS: [&str; 23] = [
     "KHR_xmp",
     "MSFT_",
     "NV_materials_",
+    "VRM",
 ];
 
 /// The extension whose integer positions are read.

@@ -54,6 +54,8 @@ struct Shares {
     no_blue: f64,
     /// Blue 1.
     full_blue: f64,
+    /// Least correlation of two channels: heights in one colour have 1.
+    together: f64,
     /// Blue above red and green, 0…1 codes: what a normal map that is not normalised still has.
     bluish: f64,
 }
@@ -70,7 +72,8 @@ impl Shares {
         let step = 1.5 / 255.0;
         let unit =
             |v: [f64; 3]| v[2] > 0.0 && (v.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() <= 0.3;
-        let mut out = Self::default();
+        let together = correlation(r, g).min(correlation(g, b));
+        let mut out = Self { together, ..Self::default() };
         for t @ [r, g, b] in texels() {
             let spread = r.max(g).max(b) - r.min(g).min(b);
             let share = |yes: bool| f64::from(u8::from(yes)) / count;
@@ -85,6 +88,21 @@ impl Shares {
         }
         out
     }
+}
+
+/// Correlation of two planes; 0 where one of them is constant.
+fn correlation(a: &[f32], b: &[f32]) -> f64 {
+    let mean = |p: &[f32]| p.iter().map(|c| f64::from(*c)).sum::<f64>() / p.len().max(1) as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let [mut ab, mut aa, mut bb] = [0.0; 3];
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (f64::from(*a) - ma, f64::from(*b) - mb);
+        ab += a * b;
+        aa += a * a;
+        bb += b * b;
+    }
+    let scale = (aa * bb).sqrt();
+    if scale > 0.0 { ab / scale } else { 0.0 }
 }
 
 /// Takes planes for what they are: the source, and its kind in words.
@@ -128,13 +146,16 @@ pub fn source(
         _ if shares.full_blue >= 0.999 => {
             two(format!("blue is 1 in {}", percent(shares.full_blue)))
         }
-        _ if shares.bluish >= 0.999 => {
-            (BumpKind::Normals, format!("blue leads in {}", percent(shares.bluish)))
-        }
         _ if shares.coded.max(shares.signed) >= 0.5 => (
             BumpKind::Normals,
             format!("unit length in {}", percent(shares.coded.max(shares.signed))),
         ),
+        _ if shares.together >= 0.98 => {
+            (BumpKind::Heights, format!("one tint, correlation {:.3}", shares.together))
+        }
+        _ if shares.bluish >= BULK => {
+            (BumpKind::Normals, format!("blue leads in {}", percent(shares.bluish)))
+        }
         _ => {
             return Err(InputError::new(
                 subject,

@@ -329,6 +329,8 @@ fn bump_maps_are_taken_by_their_bulk() {
     let tinted: Vec<[f32; 3]> =
         heights.iter().map(|[r, g, b]| [r + 5.0 / 255.0, *g, b - 4.0 / 255.0]).collect();
     assert_eq!(bump(&tinted, plain).unwrap().0, wanted);
+    let sepia: Vec<[f32; 3]> = heights.iter().map(|[h, ..]| [*h, 0.8 * h, 0.5 * h]).collect();
+    assert!(bump(&sepia, plain).unwrap().1.contains("one tint"));
 
     let signed = normals();
     let coded: Vec<[f32; 3]> = signed.iter().map(code).collect();
