@@ -123,9 +123,7 @@ const STRIP: [usize; 4] = [528, 88, 8, 680];
 fn label(picture: &mut Picture, face: usize, (x, y): (usize, usize)) {
     let text = FACE_NAMES[face].to_uppercase();
     let left = x.saturating_sub(text_width(&text, 3) / 2).max(10);
-    let top = y.saturating_sub(10);
-    fill(picture, (left - 4, top - 4), (text_width(&text, 3) + 8, 29), [0.0; 3]);
-    draw_text(picture, (left, top), &text, 3, [1.0; 3]);
+    draw_text(picture, (left, y.saturating_sub(10)), &text, 3, [1.0; 3]);
 }
 
 fn chart() -> Picture {
