@@ -1,4 +1,9 @@
 //! The conventions that docs/inputs.md states: its tables, and its chart, which loads as the environment that it shows.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "places of a picture of a few hundred pixels"
+)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,9 @@
 //! What files are taken for: kinds of input that public reports of this field describe, made small here.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::float_cmp,
+    reason = "small made-up numbers; equal bits are what is asked for"
+)]
 
 use std::io::Cursor;
 use std::path::Path;
