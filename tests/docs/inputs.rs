@@ -110,7 +110,7 @@ fn chart_colour(d: [f64; 3]) -> [u8; 3] {
     });
     let strong = if lines {
         255
-    } else if face % 2 == 0 {
+    } else if face.is_multiple_of(2) {
         220
     } else {
         120
