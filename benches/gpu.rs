@@ -14,7 +14,7 @@ use tapline::engine::gpu::GpuEnv;
 use tapline::engine::rtl::RtlEngine;
 use tapline::engine::{Engine as _, EnvJob};
 use tapline::gpu::{Gpu, GpuError};
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::scene::{self, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// An error in an input: its place, its cause and the remedy. The command exits with status 2.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     /// The file, flag or stream that is wrong.
     pub subject: String,
@@ -41,6 +41,8 @@ impl InputError {
         self
     }
 }
+
+impl std::error::Error for InputError {}
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -7,18 +7,26 @@ pub use rtl_model::policy;
 
 pub mod base;
 pub mod caustic;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod conformance;
 pub mod cube;
 pub mod distance;
 pub mod engine;
 pub mod error;
+#[cfg(feature = "files")]
 pub mod fingerprint;
 pub mod fragment;
+#[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(not(feature = "gpu"))]
+#[path = "gpu/absent.rs"]
+pub mod gpu;
+#[cfg(feature = "files")]
 pub mod image;
 pub mod impostor;
 pub mod mesh;
+pub mod mips;
 pub mod operation;
 pub mod optics;
 pub mod picture;
@@ -31,6 +39,7 @@ pub mod scene;
 pub mod settings;
 pub mod srgb;
 pub use rtl_model::stage;
+#[cfg(feature = "files")]
 pub mod study;
 pub mod taken;
 pub mod truth;

@@ -9,7 +9,7 @@ use tapline::engine::dispatch::{GROUP, LANES, Level};
 use tapline::engine::float::F64Engine;
 use tapline::engine::rtl::RtlEngine;
 use tapline::engine::{Engine as _, EnvJob, encode};
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::scene::{self, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 

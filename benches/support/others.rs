@@ -9,7 +9,7 @@ use tapline::engine::hit::{HitF64, HitRtl};
 use tapline::engine::job::Compile as _;
 use tapline::engine::{Engine, TexJob};
 use tapline::fragment::HitFragment;
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::policy::LookUp;
 use tapline::reference::Distances;
 use tapline::scene::{SceneOptions, environment, tex};

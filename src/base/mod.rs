@@ -4,6 +4,7 @@ pub mod dual;
 pub mod hash;
 pub(crate) mod named;
 pub mod num;
+#[cfg(feature = "files")]
 pub mod quiet;
 pub mod random;
 pub mod vector;

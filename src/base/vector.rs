@@ -7,3 +7,13 @@ use glam::DVec3;
 pub fn unit(v: DVec3) -> DVec3 {
     v / v.length()
 }
+
+/// The angle between two directions in degrees; 180 where one of them is zero.
+#[must_use]
+pub fn degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let [a, b] = [a, b].map(DVec3::from);
+    if a.length() == 0.0 || b.length() == 0.0 {
+        return 180.0;
+    }
+    libm::atan2(a.cross(b).length(), a.dot(b)).to_degrees()
+}

@@ -20,7 +20,8 @@ use crate::engine::registers::RegisterErrors;
 use crate::engine::{EngineKind, Job, Rendering, Setup};
 use crate::error::InputError;
 use crate::gpu::Gpu;
-use crate::report::metrics::{self, Pair};
+use crate::report::flip;
+use crate::report::metrics::Pair;
 use crate::settings::Settings;
 use crate::taken::Taken;
 use crate::truth::TruthOptions;
@@ -94,7 +95,7 @@ impl Results {
     fn pair(&mut self, a: EngineKind, b: EngineKind, exposure: f64) -> Result<(), InputError> {
         let done = self.pairs.iter().any(|(x, y, _)| (*x, *y) == (a, b));
         if let (false, Some(ra), Some(rb)) = (done, self.get(a), self.get(b)) {
-            let metrics = metrics::compare_with_flip(&ra.picture, &rb.picture, exposure)?;
+            let metrics = flip::compare_with_flip(&ra.picture, &rb.picture, exposure)?;
             self.pairs.push((a, b, metrics));
         }
         Ok(())

@@ -13,7 +13,7 @@ use crate::image::write::Sample;
 use crate::image::{LoadOptions, load_planar};
 use crate::picture::Picture;
 use crate::report::error_map::error_map;
-use crate::report::metrics;
+use crate::report::flip;
 use crate::report::table::{fixed, significant};
 
 #[derive(Debug, clap::Args)]
@@ -63,7 +63,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     };
     let a = load(&args.a, args.max_image_mb)?;
     let b = load(&args.b, args.max_image_mb)?;
-    let pair = metrics::compare_with_flip(&a, &b, args.exposure)?;
+    let pair = flip::compare_with_flip(&a, &b, args.exposure)?;
     if !target.takes_stdout() {
         let mut out = std::io::stdout().lock();
         writeln!(

@@ -12,7 +12,9 @@ mod cost;
 mod diff;
 mod diff_results;
 mod extra;
+#[cfg(feature = "gpu")]
 mod fingerprint;
+#[cfg(feature = "gpu")]
 mod gpu;
 mod impostor;
 mod job;
@@ -125,8 +127,10 @@ enum Command {
     /// Bound of every register beside the worst error seen; whose words a scene's error comes from.
     Budget(budget::Args),
     /// What a GPU's sampler does: weights, levels of detail, anisotropic taps, cube seams.
+    #[cfg(feature = "gpu")]
     Fingerprint(fingerprint::Args),
     /// The GPU adapters that are there.
+    #[cfg(feature = "gpu")]
     Gpu(gpu::Args),
 }
 
@@ -161,7 +165,9 @@ pub fn run() -> ExitCode {
         Command::Impostor(args) => impostor::run(args),
         Command::Conform(args) => conform::run(args),
         Command::Budget(args) => budget::run(args),
+        #[cfg(feature = "gpu")]
         Command::Fingerprint(args) => fingerprint::run(args),
+        #[cfg(feature = "gpu")]
         Command::Gpu(args) => gpu::run(args),
     };
     match result {

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::Failure;
 use super::args::UnitArgs;
 use super::output::JsonTarget;
-use crate::engine::probe::decimal;
+use crate::engine::decimal::decimal;
 use crate::error::InputError;
 use crate::unit::refused;
 

@@ -24,7 +24,7 @@ use crate::cube::{CubeLevel, CubeMap};
 use crate::distance::Distance;
 use crate::engine::Job;
 use crate::error::InputError;
-use crate::image::build_mips;
+use crate::mips::build_mips;
 use crate::operation::Operation;
 use crate::planar::PlanarMap;
 use crate::scene::registry::find;

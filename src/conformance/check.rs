@@ -1,10 +1,12 @@
 //! The judges of a device's vectors: by the integer model's bits, or by the rounding that the formats allow.
 
 use super::exact::{Case, Finding, Judge};
-use super::field::{Field, Meaning};
+use super::field::{Field, Meaning, digits};
 use super::harness::{Build, Device as _, Harness, flag_names, overlay};
+#[cfg(feature = "files")]
 use super::read::{self, Malformed};
 use super::subject::Subject;
+#[cfg(feature = "files")]
 use super::text::{self, Format};
 use crate::base::num;
 
@@ -38,7 +40,6 @@ pub enum Verdict {
 pub struct Checker {
     model: Harness,
     judge: Option<Judge>,
-    numbers: Vec<i64>,
     expected: Vec<i64>,
     cases: u64,
     /// By output number: whether it was ever other than 0.
@@ -65,7 +66,7 @@ pub fn difference(fields: &[Field], observed: &[i64], expected: &[i64]) -> Optio
             None => {
                 let shown = |number: i64| {
                     let mut out = String::new();
-                    text::digits(field, number, &mut out);
+                    digits(field, number, &mut out);
                     if let Meaning::Flags(names) = &field.meaning {
                         let names = flag_names(names, number);
                         out = format!("{out} ({})", names.join(" "));
@@ -132,7 +133,6 @@ impl Checker {
         Self {
             judge,
             model,
-            numbers: Vec::new(),
             expected: vec![0; outputs],
             cases: 0,
             alive: vec![false; outputs],
@@ -142,10 +142,11 @@ impl Checker {
     }
 
     /// Judges one line.
+    #[cfg(feature = "files")]
     pub fn line(&mut self, format: Format, line: &str) -> Result<Verdict, Malformed> {
-        let mut numbers = std::mem::take(&mut self.numbers);
+        let mut numbers = Vec::new();
         let parsed = read::parse(self.model.shape(), format, line, &mut numbers);
-        let verdict = parsed.map(|unknown| {
+        parsed.map(|unknown| {
             if let Some(unknown) = unknown {
                 return Verdict::Differs(format!("{unknown} expected no unknown digit"));
             }
@@ -157,9 +158,7 @@ impl Checker {
                     Verdict::Differs(format!("{inputs} => {}", difference.text()))
                 }
             }
-        });
-        self.numbers = numbers;
-        verdict
+        })
     }
 
     /// Judges a case; `None` where it agrees.

@@ -1,6 +1,8 @@
 //! The one description of a stage's inputs and outputs: a list of fields, from which the formats of the
 //! vectors, the headers for C and SystemVerilog, the generators and the judge all follow.
 
+use std::fmt::Write as _;
+
 use rtl_model::Config;
 use rtl_model::fx::Format;
 use rtl_model::regs::{Event, Kind, Reg};
@@ -371,4 +373,13 @@ pub fn flag_places(shape: &Shape) -> Vec<usize> {
         at += field.components;
     }
     out
+}
+
+/// Appends a number's digits.
+pub fn digits(field: &Field, number: i64, out: &mut String) {
+    let bits = field.padded_bits();
+    let word = number.cast_unsigned();
+    let word = if bits < 64 { word & ((1 << bits) - 1) } else { word };
+    let width = field.digits();
+    let _ = write!(out, "{word:0width$x}");
 }

@@ -6,7 +6,8 @@ use super::field::{Field, Meaning, Shape};
 use super::subject::Subject;
 
 /// A language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Language {
     /// A SystemVerilog package: packed structs of one line of a `readmemh` file.
     Sv,

@@ -7,7 +7,7 @@
 use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, direction};
 use crate::distance::{Distance, DistanceCube};
-use crate::image::mips::{build_mips, build_planar_mips};
+use crate::mips::{build_mips, build_planar_mips};
 use crate::planar::{PlanarLevel, PlanarMap};
 
 /// Avalanche of 32 bits.

@@ -20,12 +20,14 @@ mod hit;
 pub mod memory;
 pub mod patterns;
 pub mod ray_cone;
+#[cfg(feature = "files")]
 pub mod read;
 pub mod run;
 pub mod stimuli;
 pub mod subject;
 pub mod suite;
 mod tex;
+#[cfg(feature = "files")]
 pub mod text;
 
 pub use harness::{Build, Device, Harness};

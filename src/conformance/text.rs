@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::field::{Field, Meaning, Shape};
+use super::field::{Field, Meaning, Shape, digits};
 use super::harness::Build;
 use super::subject::Subject;
 
@@ -16,7 +16,8 @@ use super::subject::Subject;
 pub const VERSION: u32 = 1;
 
 /// How a vector file is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Format {
     /// Hexadecimal numbers with spaces between.
     Hex,
@@ -176,15 +177,6 @@ fn describe_json(field: &Field) -> Value {
         out["names"] = json!(names);
     }
     out
-}
-
-/// Appends a number's digits.
-pub fn digits(field: &Field, number: i64, out: &mut String) {
-    let bits = field.padded_bits();
-    let word = number.cast_unsigned();
-    let word = if bits < 64 { word & ((1 << bits) - 1) } else { word };
-    let width = field.digits();
-    let _ = write!(out, "{word:0width$x}");
 }
 
 /// The numbers of some fields with a separator between.

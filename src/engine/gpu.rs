@@ -6,6 +6,7 @@
 pub mod bounded;
 pub mod check;
 pub mod hit;
+pub mod sampler;
 pub mod tex;
 
 use std::collections::BTreeMap;

@@ -2,9 +2,15 @@
 //! elliptical Gaussian and supersampled truth.
 
 pub mod cones;
+#[cfg(feature = "files")]
+pub mod decimal;
 pub mod dispatch;
 pub mod encode;
 pub mod float;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(not(feature = "gpu"))]
+#[path = "gpu/absent.rs"]
 pub mod gpu;
 pub mod hit;
 pub mod job;
@@ -13,7 +19,7 @@ pub mod ranges;
 pub mod registers;
 pub mod reuse;
 pub mod rtl;
-pub mod sampler;
+pub mod stage_checks;
 pub mod tex;
 pub mod tiles;
 
@@ -30,7 +36,8 @@ use crate::picture::Picture;
 use crate::truth::TruthPicture;
 
 /// The accuracy ladder, from the unit down to the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum EngineKind {
     /// Bit-accurate integer model.
     Rtl,

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use num_bigint::BigInt;
 use rtl_model::regs::Reg;
 use rtl_model::unit::{Results, State};
 use rtl_model::{Config, Tap, Texture, Unit};
@@ -38,12 +37,6 @@ impl Code {
     pub fn value(self) -> f64 {
         to_f64(self.raw, num::i32(self.frac.clamp(-4000, 4000)))
     }
-
-    /// The value in decimal, all digits.
-    #[must_use]
-    pub fn decimal(self) -> String {
-        decimal(self.raw, self.frac)
-    }
 }
 
 /// raw · 2^−frac to the nearest double (subnormals round once more).
@@ -51,26 +44,6 @@ impl Code {
 #[expect(clippy::cast_precision_loss, reason = "rounding to nearest is what is wanted")]
 pub fn to_f64(raw: i64, frac: i32) -> f64 {
     libm::ldexp(raw as f64, -frac)
-}
-
-/// raw · 2^−frac in decimal, all digits: −0.0625, 3, 12.5.
-#[must_use]
-pub fn decimal(raw: i64, frac: i64) -> String {
-    // Trailing zero bits first: a normalised code needs no more digits than its value.
-    let zeros = if raw == 0 { 63 } else { i64::from(raw.trailing_zeros()) };
-    let drop = zeros.min(frac.max(0));
-    let (raw, frac) = (raw >> drop, frac - drop);
-    if frac <= 0 {
-        return (BigInt::from(raw) << frac.unsigned_abs()).to_string();
-    }
-    // raw/2^f = raw·5^f/10^f.
-    let places = num::usize(frac);
-    let power = num::u32(frac);
-    let digits = (BigInt::from(raw.unsigned_abs()) * BigInt::from(5).pow(power)).to_string();
-    let digits = format!("{digits:0>width$}", width = places + 1);
-    let (whole, part) = digits.split_at(digits.len() - places);
-    let sign = if raw < 0 { "-" } else { "" };
-    format!("{sign}{whole}.{part}")
 }
 
 /// Everything that one lane wrote.
@@ -181,19 +154,4 @@ impl reference::Tap for FloatProbe {
     }
 
     fn event(&mut self, _: &'static str) {}
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn decimals_have_all_digits_and_none_too_many() {
-        assert_eq!(decimal(-1, 4), "-0.0625");
-        assert_eq!(decimal(0, 30), "0");
-        assert_eq!(decimal(3, -2), "12");
-        assert_eq!(decimal(12 << 20, 20), "12");
-        assert_eq!(decimal(25, 1), "12.5");
-        assert_eq!(decimal(1, 10), "0.0009765625");
-    }
 }

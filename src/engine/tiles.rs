@@ -136,7 +136,7 @@ pub fn level_colour(lod: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::mips::build_planar_mips;
+    use crate::mips::build_planar_mips;
     use crate::planar::PlanarLevel;
 
     #[test]

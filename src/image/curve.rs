@@ -16,7 +16,8 @@ pub enum Curve {
 }
 
 /// The curve that a user asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Transfer {
     /// Samples are light.
     Linear,

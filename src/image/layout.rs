@@ -33,7 +33,8 @@ fn latlong_face_size(height: usize) -> usize {
 }
 
 /// The shape of an environment picture, as a user names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Layout {
     /// Longitude and latitude, centres at half texels.
     LatLong,

@@ -6,6 +6,7 @@
 //!
 //! Source: Szirmay-Kalos, Aszódi, Lazányi, "Ray Tracing Effects without Tracing Rays" (2005).
 
+#[cfg(feature = "files")]
 pub mod write;
 
 use glam::DVec3;
@@ -14,10 +15,12 @@ use rayon::prelude::*;
 use crate::base::num;
 use crate::cube::{CubeLevel, CubeMap, direction, face_uv};
 use crate::distance::DistanceCube;
-use crate::image::build_mips;
+use crate::mips::build_mips;
 use crate::scene::world::World;
 
+#[cfg(feature = "files")]
 pub use crate::image::{CleanedDistances, load_distance};
+#[cfg(feature = "files")]
 pub use write::write_impostor;
 
 /// Rays along each side of a texel whose mean is its colour.

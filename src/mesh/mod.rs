@@ -3,18 +3,25 @@
 //! A file is read into corners as it has them ([`Soup`]), which is then checked, fitted and completed
 //! ([`Mesh`]). Only [`Mesh`] meets rays, so nothing that a ray sees has not been checked.
 
+#[cfg(feature = "files")]
 mod accessors;
+#[cfg(feature = "files")]
 mod buffers;
 mod bvh;
 mod fit;
+#[cfg(feature = "files")]
 mod gltf_file;
 mod intersect;
 mod normals;
+#[cfg(feature = "files")]
 mod obj;
+#[cfg(feature = "files")]
 mod polygon;
+#[cfg(feature = "files")]
 mod pose;
+#[cfg_attr(not(feature = "files"), path = "unread.rs")]
+mod read;
 
-use std::io::Read as _;
 use std::path::Path;
 
 use glam::DVec3;
@@ -22,12 +29,11 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::taken::Taken;
 pub use intersect::{Barycentric, meet};
-
-/// Largest file in bytes.
-const MAX_BYTES: u64 = 256 << 20;
-
-/// Most triangles of a mesh, after polygons are cut and instances repeated.
-pub const MAX_TRIANGLES: usize = 1 << 22;
+#[cfg(feature = "files")]
+pub use read::MAX_TRIANGLES;
+use read::read;
+#[cfg(feature = "files")]
+use read::{MAX_BYTES, admit};
 
 /// Largest magnitude of a coordinate: squares and cubes of it are far from the largest double.
 const MAX_COORDINATE: f64 = 1e18;
@@ -59,7 +65,8 @@ pub struct Soup {
 }
 
 /// The axis of a file that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Up {
     /// y, as in glTF.
     #[default]
@@ -230,64 +237,6 @@ impl Mesh {
     pub fn nearest(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<usize> {
         self.tree.nearest(&self.triangles, origin, direction, after)
     }
-}
-
-/// Reads a file of either kind.
-fn read(path: &Path, subject: &str) -> Result<(Soup, &'static str), InputError> {
-    let unreadable = |e: std::io::Error| {
-        InputError::new(subject, "a readable mesh file", e.to_string(), "check the path")
-    };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(InputError::new(
-            subject,
-            format!("a file of at most {} MiB", MAX_BYTES >> 20),
-            "a larger one",
-            "simplify the mesh",
-        ));
-    }
-    parse(&bytes, path, subject)
-}
-
-/// The soup of a file's bytes and its format: glTF binary by its magic, the others by their names.
-fn parse(bytes: &[u8], path: &Path, subject: &str) -> Result<(Soup, &'static str), InputError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if bytes.starts_with(b"glTF") {
-        return Ok((gltf_file::parse(bytes, path, subject)?, "glTF binary"));
-    }
-    match extension.as_deref() {
-        Some("obj") => Ok((obj::parse(bytes, subject)?, "Wavefront OBJ")),
-        Some("gltf") => Ok((gltf_file::parse(bytes, path, subject)?, "glTF")),
-        Some("glb") => Err(InputError::new(
-            subject,
-            "a glTF binary file, which begins with `glTF`",
-            "other bytes",
-            "export the mesh again as .glb",
-        )
-        .at("byte 0")),
-        other => Err(InputError::new(
-            subject,
-            "a mesh in .obj, .glb or .gltf",
-            other.map_or("a name without ending".into(), |e| format!(".{e}")),
-            "convert the mesh to one of these",
-        )),
-    }
-}
-
-/// Refuses a triangle too many.
-fn admit(triangles: usize, subject: &str, place: impl Fn() -> String) -> Result<(), InputError> {
-    if triangles <= MAX_TRIANGLES {
-        return Ok(());
-    }
-    Err(InputError::new(
-        subject,
-        format!("at most {MAX_TRIANGLES} triangles"),
-        "more",
-        "simplify the mesh",
-    )
-    .at(place()))
 }
 
 /// Refuses numbers that no surface can be made of, by the first triangle that uses one.

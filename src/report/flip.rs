@@ -6,6 +6,7 @@
 
 use flip_rs::{DEFAULT_PPD, FlipError, RgbImage, ldr_flip};
 
+use super::metrics::{Pair, compare};
 use super::shown::{Show, same_size};
 use crate::error::InputError;
 use crate::picture::Picture;
@@ -54,4 +55,15 @@ pub fn mean_flip(a: &Picture, b: &Picture, exposure: f64) -> Result<f64, InputEr
         }
     }
     if count > 0.0 { Ok(sum / count) } else { Err(refused(FlipError::InvalidDimensions)) }
+}
+
+/// Like [`compare`], with the FLIP error as well (two to three times as long in all).
+///
+/// # Errors
+///
+/// Those of [`compare`] and of [`mean_flip`].
+pub fn compare_with_flip(a: &Picture, b: &Picture, exposure: f64) -> Result<Pair, InputError> {
+    let pair = compare(a, b, exposure)?;
+    let flip = Some(mean_flip(a, b, exposure)?);
+    Ok(Pair { flip, ..pair })
 }

@@ -5,7 +5,6 @@
 //! summed one by one and then in order, so the result does not depend on the number of threads.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::shown::{Show, same_size};
 use crate::base::num;
@@ -22,7 +21,8 @@ const RELATIVE_FLOOR: f64 = 0.01 * 0.01;
 const ONE_STEP: f64 = 1.0 + 1e-9;
 
 /// The distance of picture `a` from picture `b`, the one further down the ladder.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct Pair {
     /// 10·log10(1/MSE) of the shown values, in dB; `None` when none of them differs.
     pub psnr_db: Option<f64>,
@@ -47,10 +47,11 @@ pub struct Pair {
     pub fragments: usize,
     /// Pixels covered in one picture only (they count, with the other one's background value).
     pub coverage_differs: usize,
-    /// Mean FLIP error over fragments where it was asked for, 0…1; see [`super::flip`].
+    /// Mean FLIP error over fragments where it was asked for, 0…1; see `report::flip`.
     pub flip: Option<f64>,
 }
 
+#[cfg(feature = "files")]
 impl Pair {
     /// The object of `pairs` in `compare --json`: the names, then every field.
     #[must_use]
@@ -136,17 +137,6 @@ pub fn compare(a: &Picture, b: &Picture, exposure: f64) -> Result<Pair, InputErr
         coverage_differs: total.coverage_differs,
         flip: None,
     })
-}
-
-/// Like [`compare`], with the FLIP error as well (two to three times as long in all).
-///
-/// # Errors
-///
-/// Those of [`compare`] and of [`super::flip::mean_flip`].
-pub fn compare_with_flip(a: &Picture, b: &Picture, exposure: f64) -> Result<Pair, InputError> {
-    let pair = compare(a, b, exposure)?;
-    let flip = Some(super::flip::mean_flip(a, b, exposure)?);
-    Ok(Pair { flip, ..pair })
 }
 
 fn pixel(

@@ -1,12 +1,20 @@
 //! The results of a run as a user sees them: metrics, tables, error maps, hashes and the HTML page.
 
-pub mod error_map;
-pub mod escape;
-pub mod flip;
-pub mod font;
 pub mod hash;
-pub mod html;
 pub mod metrics;
-pub mod page;
 pub mod shown;
+
+#[cfg(feature = "files")]
+pub mod error_map;
+#[cfg(feature = "files")]
+pub mod escape;
+#[cfg(feature = "files")]
+pub mod flip;
+#[cfg(feature = "files")]
+pub mod font;
+#[cfg(feature = "files")]
+pub mod html;
+#[cfg(feature = "files")]
+pub mod page;
+#[cfg(feature = "files")]
 pub mod table;

@@ -5,7 +5,8 @@ use crate::base::num;
 use crate::error::InputError;
 
 /// What a bump map holds, as a user names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum BumpKind {
     /// Heights: grey, white is high.
     Heights,
@@ -16,7 +17,8 @@ pub enum BumpKind {
 }
 
 /// Where a normal map's green channel points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Green {
     /// Up the picture (OpenGL).
     #[default]

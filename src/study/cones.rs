@@ -5,7 +5,7 @@ use rtl_model::stages::ray_cone::Cfg;
 
 use crate::engine::TexJob;
 use crate::engine::cones::{Asked, FloatCones, RtlCones, walk};
-use crate::engine::job::scene_row;
+use crate::engine::job::tex_requests::scene_row;
 use crate::engine::reuse::lines::quantile;
 use crate::engine::tex::value;
 use crate::reference::tex::tex;

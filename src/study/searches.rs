@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::measures::Measures;
 use super::sweep::Measuring;
+use crate::base::vector::degrees;
 use crate::distance::{Distance, DistanceCube};
 use crate::engine::HitJob;
 use crate::engine::hit::{HitF64, HitResult};
@@ -65,16 +66,6 @@ const FINE: [u32; 2] = [2048, 48];
 
 fn length(a: [f64; 3]) -> f64 {
     DVec3::from(a).length()
-}
-
-/// The angle between two directions in degrees; 180 where one of them is zero.
-#[must_use]
-pub fn degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
-    if length(a) == 0.0 || length(b) == 0.0 {
-        return 180.0;
-    }
-    let [a, b] = [a, b].map(DVec3::from);
-    libm::atan2(a.cross(b).length(), a.dot(b)).to_degrees()
 }
 
 /// `steps` equal steps over `range` until the first point behind the surface, then halvings of the last step. Look-ups

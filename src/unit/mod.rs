@@ -18,7 +18,8 @@ use crate::policy::{Axis, ConeEnv, ConeGradient, ConeRules, SetDiffuse};
 use crate::settings::{AngleTable, IDENTITY, Settings};
 
 /// Which axis the float reference uses where the unit's is the table's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum ReferenceAxis {
     /// The eigenvector itself.
     Exact,

@@ -7,4 +7,5 @@
 mod budget;
 mod corners;
 mod mutants;
+#[cfg(feature = "files")]
 mod vectors;

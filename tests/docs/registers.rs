@@ -16,7 +16,7 @@ use tapline::cube::{CubeLevel, FACE_NAMES};
 use tapline::engine::encode;
 use tapline::engine::probe::{Code, RtlFragment, RtlProbe, rtl};
 use tapline::fragment::Fragment;
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::report::table::significant;
 use tapline::stage::Stage;
 use tapline::unit::UnitSpec;

@@ -6,7 +6,7 @@ pub(crate) use tapline::conformance::extremes::PLAIN;
 use tapline::cube::{CubeLevel, CubeMap};
 use tapline::engine::gpu::check::StageChecks;
 use tapline::fragment::{Fragment, PixelFragment};
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 
 /// Fragments with pixels by their index.
 pub(crate) fn numbered(fragments: &[Fragment]) -> Vec<PixelFragment> {
@@ -31,7 +31,7 @@ pub(crate) fn noisy_cube(size: usize) -> CubeMap {
 /// Every register is explained, and at least `least` components had a tolerance and met it.
 pub(crate) fn assert_explained(checks: &StageChecks, least: u64) {
     assert!(checks.first.is_none(), "unexplained: {:?}", checks.first);
-    let sure = |r: &tapline::engine::gpu::check::Row| r.compared - r.undecided - r.unbounded;
+    let sure = |r: &tapline::engine::stage_checks::Row| r.compared - r.undecided - r.unbounded;
     let compared: u64 = checks.rows.iter().map(sure).sum();
     assert!(compared >= least, "only {compared} components were compared");
 }

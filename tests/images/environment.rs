@@ -8,7 +8,8 @@
 use crate::made::{Folder, encoding, exr_file, png_file, ramp, rgb, simple_exr};
 use exr::prelude::{Compression, FlatSamples, LayerAttributes, attribute, f16};
 use tapline::cube::{FACE_AXES, across_edge};
-use tapline::image::{Cleaned, LoadOptions, build_mips, load_environment};
+use tapline::image::{Cleaned, LoadOptions, load_environment};
+use tapline::mips::build_mips;
 use tapline::srgb::srgb_decode;
 
 fn with_envmap(kind: attribute::EnvironmentMap) -> LayerAttributes {

@@ -2,7 +2,8 @@
 #![expect(clippy::float_cmp, reason = "values that must be exact are compared exactly")]
 
 use tapline::picture::Picture;
-use tapline::report::metrics::{compare, compare_with_flip};
+use tapline::report::flip::compare_with_flip;
+use tapline::report::metrics::compare;
 use tapline::srgb::srgb_decode;
 
 /// A picture of grey fragments with the given linear values.

@@ -9,14 +9,12 @@ use rtl_model::regs::Reg;
 use rtl_model::stages::{Roms, Sink, address};
 use rtl_model::unit::{Results, State};
 use rtl_model::{NoTap, Unit};
-use support::reference::{Draw, PLAIN, Random, map, plain};
+use support::reference::{Draw, PLAIN, Random, map};
 use support::rtl::{bound, lod, near, trace};
 use tapline::conformance::extremes::straight;
-use tapline::cube::{CubeLevel, CubeMap};
 use tapline::engine::encode;
 use tapline::engine::probe::FloatProbe;
 use tapline::fragment::Fragment;
-use tapline::image::Cleaned;
 use tapline::reference::{Prepared, env};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
@@ -108,8 +106,13 @@ fn extreme_faces_of_16384_texels_have_15_levels_and_exact_addresses() {
     assert!(out.flags[0].is_empty());
 }
 
+#[cfg(feature = "files")]
 #[test]
 fn extreme_texels_are_cleaned_counted_and_kept_to_the_bit() {
+    use support::reference::plain;
+    use tapline::cube::{CubeLevel, CubeMap};
+    use tapline::image::Cleaned;
+
     let spec = UnitSpec::default();
     let tiny = libm::ldexpf(1.0, -24);
     let mut samples = [65504.0, tiny, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0];

@@ -16,7 +16,7 @@ use tapline::cube::CubeMap;
 use tapline::engine::encode;
 use tapline::engine::probe::{RtlProbe, rtl};
 use tapline::fragment::Fragment;
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::scene::environment::procedural;
 use tapline::scene::{SCENES, SceneOptions, build};
 use tapline::unit::{ReferenceAxis, UnitSpec};

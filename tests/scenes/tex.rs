@@ -5,7 +5,7 @@ use tapline::base::hash::hash_text;
 use tapline::engine::float::F64Engine;
 use tapline::engine::job::tex::TexEngine;
 use tapline::engine::{Engine as _, EngineKind, Job, Setup, TexJob};
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::policy::ConeMetric;
 use tapline::report::hash::picture_hash;
 use tapline::report::metrics;

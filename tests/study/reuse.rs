@@ -3,7 +3,7 @@
 use support::knobs::others;
 use tapline::cube::CubeMap;
 use tapline::engine::{EngineKind, EnvJob, HitJob, Job, Rendering, Setup, TexJob};
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::report::hash::picture_hash;
 use tapline::scene::{SceneOptions, build, hit, tex};
 use tapline::study::cost::CostModel;

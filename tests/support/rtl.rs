@@ -8,7 +8,7 @@ use tapline::engine::probe::{Code, RtlFragment, RtlProbe, rtl};
 use tapline::engine::rtl::RtlEngine;
 use tapline::engine::{EnvJob, encode};
 use tapline::fragment::Fragment;
-use tapline::image::mips::build_mips;
+use tapline::mips::build_mips;
 use tapline::scene::{SceneOptions, build};
 use tapline::settings::Settings;
 use tapline::unit::bounds::bounds;

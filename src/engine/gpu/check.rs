@@ -17,12 +17,14 @@ use back_end::BackEnd;
 
 pub use env::check_env;
 pub use hit::check_hit;
-pub use tex::{Requests, check_requests, check_tex};
+pub use tex::{check_requests, check_tex};
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use super::bounded::{Bounded, EPSILON};
+use crate::engine::stage_checks::{Difference, Row};
+pub use crate::engine::stage_checks::{Requests, StageChecks};
 use crate::gpu::GpuError;
 use crate::gpu::dispatch::{Program, Words};
 use crate::gpu::kernels::{Kernel, Register};
@@ -47,66 +49,7 @@ pub struct Case {
     pub undecided: bool,
 }
 
-/// How the registers of one name compared.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// The stage.
-    pub stage: Stage,
-    /// The register.
-    pub register: &'static str,
-    /// Components compared.
-    pub compared: u64,
-    /// Largest |gpu − f64| in ulp of the f64 value, where that is a normal f32.
-    pub worst_ulp: f64,
-    /// Largest |gpu − f64| over its tolerance, both of those that were decided.
-    pub worst_share: f64,
-    /// Components beyond their tolerance behind a comparison that a device may decide otherwise.
-    pub undecided: u64,
-    /// Components without a finite tolerance.
-    pub unbounded: u64,
-    /// Components that nothing explains.
-    pub unexplained: u64,
-}
-
-/// A register outside its tolerance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Difference {
-    /// The stage.
-    pub stage: Stage,
-    /// The register.
-    pub register: &'static str,
-    /// The fragment's pixel.
-    pub pixel: [u32; 2],
-    /// Words of the kernel's operands.
-    pub operands: Vec<u32>,
-    /// The register as the device has it.
-    pub gpu: Vec<f64>,
-    /// The same in doubles.
-    pub f64: Vec<f64>,
-    /// How far they may be apart.
-    pub tolerance: Vec<f64>,
-    /// The integer model's register of that pixel behind its own stages, where it took part and has one of that name.
-    pub rtl: Option<Vec<f64>>,
-}
-
-/// The results of the checks of a scene.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StageChecks {
-    /// Registers in the order of the stages.
-    pub rows: Vec<Row>,
-    /// The first difference that nothing explains, by stage.
-    pub first: Option<Difference>,
-    /// Fragments.
-    pub fragments: u64,
-}
-
 impl StageChecks {
-    /// Whether some difference is unexplained.
-    #[must_use]
-    pub fn fails(&self) -> bool {
-        self.first.is_some()
-    }
-
     fn judge(&mut self, stage: Stage, registers: &[Register], case: &Case, results: &[u32]) {
         let mut at = 0;
         for register in registers {

@@ -4,22 +4,19 @@ pub mod env;
 pub mod hit;
 pub mod lit;
 pub mod tex;
-mod tex_requests;
-mod tex_row;
-
-pub(crate) use tex_requests::scene_row;
-pub(super) use tex_requests::{AskedRtl, Request};
-pub(super) use tex_row::Row;
+pub(crate) mod tex_requests;
+pub(super) mod tex_row;
 
 use super::float::{EwaEngine, F64Engine, TruthEngine};
 use super::gpu::GpuEngine;
-use super::gpu::check::{StageChecks, check_env, check_hit, check_tex};
+use super::gpu::check::{check_env, check_hit, check_tex};
+use super::gpu::sampler::SamplerEngine;
 use super::hit::{HitResult, HitRtl};
 use super::probe::RtlProbe;
 use super::registers::RegisterErrors;
 use super::reuse::lines::Line;
 use super::rtl::RtlEngine;
-use super::sampler::SamplerEngine;
+use super::stage_checks::StageChecks;
 use super::{Engine, EngineKind, Progress, Rendering};
 use crate::base::num;
 use crate::cube::CubeMap;

@@ -4,7 +4,7 @@ use crate::base::num;
 use rayon::prelude::*;
 
 use crate::base::random::stirred;
-use crate::image::mips::build_planar_mips;
+use crate::mips::build_planar_mips;
 use crate::planar::{PlanarLevel, PlanarMap};
 
 /// The pattern of a texture.

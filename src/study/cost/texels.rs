@@ -225,7 +225,7 @@ pub(in crate::study) fn key(probes: u64, config: &Config) -> u64 {
 mod tests {
     use super::*;
     use crate::cube::CubeLevel;
-    use crate::image::mips::build_mips;
+    use crate::mips::build_mips;
 
     fn corner(level: usize, texel: [usize; 2]) -> Corner {
         Corner { face: 0, level, texel }

@@ -1,11 +1,11 @@
 //! The integer model's hits in the built-in worlds, beside the float reference's.
 
+use tapline::base::vector::degrees;
 use tapline::distance::Distance;
 use tapline::engine::hit::{HitF64, HitRtl};
 use tapline::impostor::Impostor;
 use tapline::scene::SceneOptions;
 use tapline::scene::hit::build;
-use tapline::study::searches::degrees;
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 /// The bound that the word lengths were chosen for: 0.1° for 99 of 100 rays.

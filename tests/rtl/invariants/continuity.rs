@@ -72,7 +72,7 @@ fn crossings(random: &mut Random, kind: &str) -> (Fragment, Fragment) {
 #[test]
 fn continuity_across_seams_breaks_and_counts_is_measured() {
     let spec = UnitSpec::default();
-    let scene_map = tapline::image::build_mips(tapline::scene::environment::procedural(256));
+    let scene_map = tapline::mips::build_mips(tapline::scene::environment::procedural(256));
     let texture = encode::texture(&spec.config, &scene_map).expect("a texture");
     println!("| crossing | largest jump | mean jump | in 8-bit steps of the largest |");
     println!("|---|---|---|---|");

@@ -8,7 +8,7 @@ use rtl_model::fx::Flags;
 use rtl_model::regs::Reg;
 use tapline::engine::tex::{TexRtl, words};
 use tapline::fragment::{Tangents, TexFragment};
-use tapline::image::mips::build_planar_mips;
+use tapline::mips::build_planar_mips;
 use tapline::planar::{PlanarLevel, PlanarMap};
 use tapline::unit::UnitSpec;
 

@@ -4,7 +4,7 @@ use rtl_model::cone::Cone;
 use tapline::engine::dispatch::Source;
 use tapline::engine::tex::{TexRtl, words};
 use tapline::fragment::TexFragment;
-use tapline::image::mips::build_planar_mips;
+use tapline::mips::build_planar_mips;
 use tapline::planar::{PlanarLevel, PlanarMap};
 use tapline::policy::Wrap;
 use tapline::reference::tex::tex;

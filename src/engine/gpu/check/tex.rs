@@ -2,7 +2,7 @@
 
 use super::back_end::{BackEnd, FilterInput};
 use super::cases::{Cases, Operand as _, ports};
-use super::{Bounded, Checker, StageChecks};
+use super::{Bounded, Checker, Requests, StageChecks};
 use crate::base::num;
 use crate::engine::Progress;
 use crate::engine::TexJob;
@@ -114,15 +114,6 @@ fn surface(
         surface_footprint(&exact, width, back.size, &settings.policy, flags, tap).d
     });
     back.fragment(cases, 0, centre, &d, None)
-}
-
-/// Requests to one texture and steps of cones, each with its pixel.
-#[derive(Clone, Debug, Default)]
-pub struct Requests {
-    /// A ray at a surface and the width of its cone.
-    pub surfaces: Vec<([u32; 2], TexFragment, f64)>,
-    /// A cone before a step, and the step.
-    pub steps: Vec<([u32; 2], Cone, Step)>,
 }
 
 impl Requests {

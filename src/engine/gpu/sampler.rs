@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::hit::HitF64;
-use super::{Engine, EnvJob, HitJob, Progress, Rendering, TexJob};
 use crate::cube::{CubeMap, FACE_AXES, direction};
+use crate::engine::hit::HitF64;
+use crate::engine::{Engine, EnvJob, HitJob, Progress, Rendering, TexJob};
 use crate::fragment::PixelFragment;
 use crate::gpu::sampling::DeviceSampler;
 use crate::gpu::{Gpu, GpuError};
