@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rtl_model::NoTapStandard;
 use rtl_model::unit::{Block, EnvBlock, Finish, Operation as _, Results, Words};
-use tapline::engine::dispatch::{GROUP, LANES, Level};
+use tapline::engine::dispatch::{GROUP, LANES, Level, Runs as _};
 use tapline::engine::float::F64Engine;
 use tapline::engine::rtl::RtlEngine;
 use tapline::engine::{Engine as _, EnvJob, encode};

@@ -1,6 +1,6 @@
 //! The floor of the back end: block set-up, addresses and one read of 16 bytes a row, without the filter's arithmetic.
 
-use lanes::Task;
+use lanes::{Simd, Task};
 use rtl_model::Texture;
 use rtl_model::stages::filter;
 use rtl_model::texture::Texels;
@@ -44,7 +44,7 @@ impl Task for Floor<'_> {
     type Output = u64;
 
     #[inline(always)]
-    fn run(self) -> u64 {
+    fn run<S: Simd>(self, _: S) -> u64 {
         let Texels::Half(texels) = &self.texture.texels else { return 0 };
         let levels = &self.texture.levels;
         let last = levels.len() - 1;

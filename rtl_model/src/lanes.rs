@@ -1,345 +1,426 @@
-//! Register writes of whole lane arrays.
+//! Register writes of stages that are written once for any number of lanes.
 //!
-//! A stage computes one register component of all lanes at a time. Its loops have no branch and no
-//! call, so that the compiler turns them into vector instructions: a product of two narrow operands is
-//! one instruction, rounding and the range check are a handful. The rare cases (a register out of
-//! range, another rounding) are settled after the loop, from the values that the loop has stored.
+//! A stage computes on values of [`Vector`]s and hands each to a register. [`Sink`] writes one lane exactly, whatever the
+//! register's rounding and overflow, sets its flags and tells the tap: traces run with it. [`Fast`] writes several
+//! lanes of a standard unit without a branch and notes whether anything left the plain case (a value out of range, a
+//! left shift, an event). Where that is so, the stage is run again for these lanes, one by one, with a [`Sink`].
 
-use crate::fx::{Flags, Quantizer, Rounding};
+use lanes::{Mask as _, Simd, Vector};
+
+use crate::fx::{Quantizer, block};
 use crate::regs::{Event, Register};
-use crate::stages::Lanes;
+use crate::stages::Sink;
 use crate::tap::Tap;
 
-/// a·b. Where `T::STANDARD` both must fit 32 bits.
-#[inline(always)]
-pub(crate) fn mul<T: Tap>(a: i64, b: i64) -> i64 {
-    if T::STANDARD { narrow(a) * narrow(b) } else { a * b }
-}
+/// Where a stage's values go.
+pub trait Writes<V: Vector> {
+    /// Writes x, with the quantizer's own input fraction, without a word to the tap.
+    fn code(&mut self, q: &Register, x: V) -> V;
 
-/// a·b of non-negative operands. Where `T::STANDARD` both must be below 2^32.
-#[inline(always)]
-pub(crate) fn mul_unsigned<T: Tap>(a: i64, b: i64) -> i64 {
-    if T::STANDARD {
-        debug_assert!((a | b) >> 32 == 0, "{a} or {b} needs more than 32 bits");
-        (a & 0xffff_ffff) * (b & 0xffff_ffff)
-    } else {
-        a * b
-    }
-}
+    /// Writes x with right shifts of its own, without a word to the tap; codes of `most` and more in magnitude count
+    /// as in range.
+    fn shift_code(&mut self, q: &Register, x: V, right: V, most: i64) -> V;
 
-/// a·b of any a. Where `T::STANDARD` b must fit 32 bits.
-#[inline(always)]
-pub(crate) fn mul_wide<T: Tap>(a: i64, b: i64) -> i64 {
-    if T::STANDARD {
-        let (high, low) = (a >> 31, a & 0x7fff_ffff);
-        ((narrow(high) * narrow(b)) << 31) + narrow(low) * narrow(b)
-    } else {
-        a * b
-    }
-}
+    /// [`Writes::shift`] that takes left shifts as well, where `right` is negative.
+    fn shift_either(&mut self, q: &Register, c: usize, x: V, right: V, exponent: V) -> V;
 
-/// x, which must fit 32 bits, in a form that tells the compiler so.
-#[inline(always)]
-fn narrow(x: i64) -> i64 {
-    let low = (x << 32) >> 32;
-    debug_assert!(low == x, "{x} needs more than 32 bits");
-    low
-}
+    /// Normalises into a block register, or with `right` shifts by as much: mantissas, and their fraction bits.
+    fn normalize<const C: usize>(
+        &mut self,
+        q: &Register,
+        x: &[V; C],
+        frac: V,
+        right: Option<V>,
+    ) -> ([V; C], V);
 
-/// ⟨a, b⟩ of narrow operands.
-#[inline(always)]
-pub(crate) fn dot<T: Tap>(a: [i64; 3], b: [i64; 3]) -> i64 {
-    mul::<T>(a[0], b[0]) + mul::<T>(a[1], b[1]) + mul::<T>(a[2], b[2])
-}
+    /// A port of a number, which is divided by 2^`exponent`; clears `finite` where it is not.
+    fn number(&mut self, q: &Register, c: usize, word: V, exponent: V, finite: &mut V::Mask) -> V;
 
-/// How many lanes the loops of a block run over when `used` are in use: a multiple of 16 where the
-/// block has as many. Not a constant, or the loops would be unrolled into more code than a cache holds.
-#[inline(always)]
-pub(crate) fn span<const N: usize>(used: usize) -> usize {
-    used.next_multiple_of(16).min(N)
-}
+    /// A port of a vector: mantissas, and their fraction bits; clears `finite` where a component is not.
+    fn vector(&mut self, q: &Register, words: [V; 3], finite: &mut V::Mask) -> ([V; 3], V);
 
-/// `f` of the first `n` lanes.
-#[inline(always)]
-pub(crate) fn each<const N: usize>(n: usize, f: impl Fn(usize) -> i64) -> [i64; N] {
-    let mut out = [0; N];
-    fill(n, &mut out, f);
-    out
-}
+    /// Tells the tap of a component with its fraction bits.
+    fn tell(&mut self, q: &Register, c: usize, code: V, frac: V);
 
-/// `f` of the first `n` lanes, to an array that is there already.
-#[inline(always)]
-pub(crate) fn fill<const N: usize>(n: usize, out: &mut [i64; N], f: impl Fn(usize) -> i64) {
-    for i in 0..n.min(N) {
-        out[i] = f(i);
-    }
-}
+    /// Notes an event where it happened. Whether its consequences have to be computed here.
+    fn event(&mut self, event: Event, happened: V::Mask) -> bool;
 
-/// Right shifts that differ from lane to lane, for the writes of one register; left where negative.
-#[derive(Clone, Debug)]
-pub(crate) struct Shift<const N: usize>([i64; N]);
-
-impl<const N: usize> Shift<N> {
-    /// Shifts for the register `q`. Beyond 62 less than half an LSB is left, and 63 makes 0 of every
-    /// |x| ≤ 2^62; a left shift by the register's width moves any bit out of it.
+    /// Writes x, with the quantizer's own input fraction, to a fixed register whose nominal scale is 2^`exponent` in
+    /// true units.
     #[inline(always)]
-    pub(crate) fn new(n: usize, q: &Quantizer, shift: impl Fn(usize) -> i64) -> Self {
-        let most = i64::from(q.format.width());
-        Self(each(n, |i| shift(i).clamp(-most, 63)))
+    fn put(&mut self, q: &Register, c: usize, x: V, exponent: V) -> V {
+        let code = self.code(q, x);
+        self.tell(q, c, code, exponent.like(q.frac()) - exponent);
+        code
+    }
+
+    /// Writes x with right shifts of its own.
+    #[inline(always)]
+    fn shifted(&mut self, q: &Register, c: usize, x: V, right: V, exponent: V) -> V {
+        let code = self.shift_code(q, x, right, i64::MAX);
+        self.tell(q, c, code, exponent.like(q.frac()) - exponent);
+        code
+    }
+
+    /// Normalises into a block register: mantissas, and their fraction bits.
+    #[inline(always)]
+    fn normal<const C: usize>(
+        &mut self,
+        q: &Register,
+        x: &[V; C],
+        frac: V,
+        exponent: V,
+    ) -> ([V; C], V) {
+        let (m, frac) = self.normalize(q, x, frac, None);
+        for (c, m) in m.iter().enumerate() {
+            self.tell(q, c, *m, frac - exponent);
+        }
+        (m, frac)
     }
 }
 
-/// Zeros above the leading one of the largest component; 64 where all are zero.
-#[inline(always)]
-pub(crate) fn leading_zeros<const N: usize, const C: usize>(n: usize, x: &Lanes<N, C>) -> [i64; N] {
-    let any: [i64; N] = each(n, |i| {
-        let mut any = 0;
-        for x in x {
-            any |= x[i].unsigned_abs();
-        }
-        any.cast_signed()
-    });
-    each(n, |i| i64::from(any[i].leading_zeros()))
-}
-
-/// Components moved `up` (so far that the block's leading one is next to the sign; one place down, its
-/// bit kept sticky, where −1), then rounded by one shift for all lanes: ones that round up to the next
-/// power of two stay at the largest code.
-#[inline(always)]
-pub(crate) fn mantissas<const N: usize, const C: usize>(
-    n: usize,
-    q: &Quantizer,
-    x: &Lanes<N, C>,
-    up: impl Fn(usize) -> i64,
-    out: &mut Lanes<N, C>,
-) {
-    let max = q.format.max_raw();
-    let down = 63 - q.bits();
-    let low = (1i64 << (down - 1)) - 1;
-    for (out, x) in out.iter_mut().zip(x) {
-        for i in 0..n.min(N) {
-            let less = (up(i) >> 63) & 1;
-            let y = ((x[i] >> less) | (x[i] & less)) << ((up(i) + less) & 63);
-            let kept = y >> down;
-            let rest = y & (2 * low + 1);
-            out[i] = (kept + ((rest + low + (kept & 1)) >> down)).clamp(-max, max);
-        }
+impl<T: Tap> Writes<i64> for Sink<'_, T> {
+    #[inline(always)]
+    fn code(&mut self, q: &Register, x: i64) -> i64 {
+        let (code, over) = q.write_fixed_as(T::STANDARD, x);
+        self.flags.register(q.reg, over);
+        code
     }
-    if q.format.rounding != Rounding::HalfEven {
-        for (out, x) in out.iter_mut().zip(x) {
-            round_other(q, x, &each::<N>(n, &up), down, &mut out[..n]);
-        }
+
+    #[inline(always)]
+    fn shift_code(&mut self, q: &Register, x: i64, right: i64, most: i64) -> i64 {
+        let (code, over) = q.write_as(T::STANDARD, x, right);
+        self.flags.register(q.reg, over && code.abs() < most);
+        code
+    }
+
+    #[inline(always)]
+    fn shift_either(&mut self, q: &Register, c: usize, x: i64, right: i64, exponent: i64) -> i64 {
+        self.shifted(q, c, x, right, exponent)
+    }
+
+    #[inline(always)]
+    fn normalize<const C: usize>(
+        &mut self,
+        q: &Register,
+        x: &[i64; C],
+        frac: i64,
+        right: Option<i64>,
+    ) -> ([i64; C], i64) {
+        let out = match right {
+            Some(right) => block::shifted(T::STANDARD, q, x, frac, right),
+            None => block::normalize(T::STANDARD, q, x, frac),
+        };
+        (out.m, out.frac)
+    }
+
+    #[inline(always)]
+    fn number(
+        &mut self,
+        q: &Register,
+        c: usize,
+        word: i64,
+        exponent: i64,
+        finite: &mut bool,
+    ) -> i64 {
+        self.scalar_port(q, c, word.cast_unsigned(), exponent, finite)
+    }
+
+    #[inline(always)]
+    fn vector(&mut self, q: &Register, words: [i64; 3], finite: &mut bool) -> ([i64; 3], i64) {
+        let block = self.vector_port(q, words.map(i64::cast_unsigned), finite);
+        (block.m, block.frac)
+    }
+
+    #[inline(always)]
+    fn tell(&mut self, q: &Register, c: usize, code: i64, frac: i64) {
+        self.tap.put(self.lane, q.reg, c, code, frac);
+    }
+
+    #[inline(always)]
+    fn event(&mut self, event: Event, happened: bool) -> bool {
+        self.flags.event(event, happened);
+        happened
     }
 }
 
-/// Positive integers as mantissas in [1, 2) with 30 fraction bits and their powers of two:
-/// x = m · 2^e. Bits below 2^−30 of the mantissas are dropped.
-#[inline(always)]
-pub(crate) fn mantissa<const N: usize>(
-    n: usize,
-    x: impl Fn(usize) -> i64,
-    m: &mut [i64; N],
-    e: &mut [i64; N],
-) {
-    fill(n, e, |i| 63 - i64::from(x(i).leading_zeros()));
-    fill(n, m, |i| ((x(i) << ((63 - e[i]) & 63)).cast_unsigned() >> 33).cast_signed());
-}
-
-/// Positive integers as m·4^q, m in [1, 4) with 30 fraction bits.
-#[inline(always)]
-pub(crate) fn mantissa4<const N: usize>(
-    n: usize,
-    x: impl Fn(usize) -> i64,
-    m: &mut [i64; N],
-    q: &mut [i64; N],
-) {
-    fill(n, q, |i| (63 - i64::from(x(i).leading_zeros())) >> 1);
-    fill(n, m, |i| ((x(i) << ((62 - 2 * q[i]) & 62)).cast_unsigned() >> 32).cast_signed());
-}
-
-/// Where register writes of whole lane arrays go: the flags of the lanes in use, and the tap.
+/// Writes of a standard unit, to which nobody listens.
 #[derive(Debug)]
-pub(crate) struct LaneSink<'a, const N: usize, T> {
-    /// How many lanes loops run over: [`span`] of those in use.
-    pub(crate) n: usize,
-    /// Flags of the lanes in use.
-    pub(crate) flags: &'a mut [Flags],
-    /// Who listens.
-    pub(crate) tap: &'a mut T,
+pub(crate) struct Fast<S: Simd> {
+    simd: S,
+    /// Not 0 where a lane left the plain case.
+    beyond: S::I,
 }
 
-impl<'a, const N: usize, T: Tap> LaneSink<'a, N, T> {
-    /// A sink for the lanes that have flags.
+impl<S: Simd> Fast<S> {
     #[inline(always)]
-    pub(crate) fn new(flags: &'a mut [Flags], tap: &'a mut T) -> Self {
-        Self { n: span::<N>(flags.len()), flags, tap }
+    pub(crate) fn new(simd: S) -> Self {
+        Self { simd, beyond: simd.splat(0) }
     }
 
-    /// Writes x(lane) (with the quantizer's own input fraction) to a fixed register whose nominal scale
-    /// is 2^exponent(lane) in true units.
+    /// Whether a lane left the plain case.
     #[inline(always)]
-    pub(crate) fn write(
-        &mut self,
-        q: &Register,
-        c: usize,
-        x: impl Fn(usize) -> i64,
-        exponent: impl Fn(usize) -> i64,
-        out: &mut [i64; N],
-    ) {
-        self.code(q, x, out);
-        self.put(q, c, out, |i| q.frac() - exponent(i));
+    pub(crate) fn beyond(&self) -> bool {
+        self.beyond.any()
     }
 
-    /// [`LaneSink::write`] without a word to the tap.
+    /// Notes codes that are not in the register's range.
     #[inline(always)]
-    pub(crate) fn code(&mut self, q: &Register, x: impl Fn(usize) -> i64, out: &mut [i64; N]) {
+    fn check(&mut self, q: &Quantizer, y: S::I) {
+        let (bias, beyond) = (-q.format.min_raw(), !(q.format.max_raw() - q.format.min_raw()));
+        self.beyond = self.beyond | y.plus(bias).and(beyond);
+    }
+
+    /// Notes negative numbers.
+    #[inline(always)]
+    fn not_negative(&mut self, x: S::I) {
+        self.beyond = self.beyond | x.and(i64::MIN);
+    }
+}
+
+/// x·2^−right to nearest, ties to even; right from 0 to 63.
+#[inline(always)]
+fn half_even<V: Vector>(x: V, right: V) -> V {
+    let mask = !x.like(-1).shl(right);
+    let odd = x.sra(right) & mask.and(1);
+    (x + mask.shr(x.like(1)) + odd).sra(right)
+}
+
+impl<S: Simd> Writes<S::I> for Fast<S> {
+    #[inline(always)]
+    fn code(&mut self, q: &Register, x: S::I) -> S::I {
         let r = q.lanes;
-        let mut any = 0;
-        for i in 0..self.n.min(N) {
-            let y = r.round(x(i));
-            any |= y + r.bias;
-            out[i] = y;
-        }
-        if any & r.beyond != 0 {
-            settle(q, &mut out[..self.n], self.flags);
-        }
+        let y = (x.plus(r.low) + x.down(r.down).and(r.odd)).down(r.down);
+        self.beyond = self.beyond | y.plus(r.bias).and(r.beyond);
+        y
     }
 
-    /// Writes x(lane) with right shifts that differ from lane to lane.
     #[inline(always)]
-    pub(crate) fn shift(
+    fn shift_code(&mut self, q: &Register, x: S::I, right: S::I, _: i64) -> S::I {
+        self.not_negative(right);
+        let y = half_even(x, right.smaller(right.like(63)));
+        self.check(q, y);
+        y
+    }
+
+    #[inline(always)]
+    fn shift_either(&mut self, q: &Register, _: usize, x: S::I, right: S::I, _: S::I) -> S::I {
+        let y = half_even(x, right.limit(0, 63));
+        let left = (-right).larger(right.like(0));
+        let code = y.shl(left);
+        self.beyond = self.beyond | (code.sra(left.smaller(left.like(63))) ^ y);
+        self.check(q, code);
+        code
+    }
+
+    #[inline(always)]
+    fn normalize<const C: usize>(
         &mut self,
         q: &Register,
-        c: usize,
-        shift: &Shift<N>,
-        x: impl Fn(usize) -> i64,
-        exponent: impl Fn(usize) -> i64,
-        out: &mut [i64; N],
-    ) {
-        self.shift_code(q, shift, i64::MAX, x, out);
-        self.put(q, c, out, |i| q.frac() - exponent(i));
+        x: &[S::I; C],
+        frac: S::I,
+        right: Option<S::I>,
+    ) -> ([S::I; C], S::I) {
+        let (width, max) = (q.bits(), q.format.max_raw());
+        let right = match right {
+            Some(right) => right,
+            None => {
+                let mut any = x[0].abs();
+                for x in &x[1..] {
+                    any = any | x.abs();
+                }
+                let shift = any.like(64 - width) - any.leading_zeros();
+                any.zero().select(any.like(0), shift)
+            }
+        };
+        // So far that the block's leading one is two below the sign, then rounded by one shift for all lanes. Ones that
+        // round up to the next power of two stay at the largest code.
+        let down = 62 - width;
+        let up = right.like(down) - right;
+        self.not_negative(up);
+        let low = (1i64 << (down - 1)) - 1;
+        let mut m = *x;
+        for m in &mut m {
+            let y = m.shl(up);
+            *m = (y.plus(low) + y.down(down).and(1)).down(down).limit(-max, max);
+        }
+        (m, frac - right)
     }
 
-    /// [`LaneSink::shift`] without a word to the tap; codes of `most` and more in magnitude count as in
-    /// range.
     #[inline(always)]
-    pub(crate) fn shift_code(
+    fn number(
         &mut self,
         q: &Register,
-        shift: &Shift<N>,
-        most: i64,
-        x: impl Fn(usize) -> i64,
-        out: &mut [i64; N],
-    ) {
-        let mut exact = [0; N];
-        let mut any = 0;
-        let (bias, size) = (-q.format.min_raw(), q.format.max_raw() - q.format.min_raw() + 1);
-        for i in 0..self.n.min(N) {
-            let x = x(i);
-            let right = shift.0[i].max(0);
-            let left = right - shift.0[i];
-            let mask = i64::MAX >> (63 - right);
-            let y = (x + (mask >> 1) + ((x >> right) & mask & 1)) >> right;
-            // In range where y's bits lie below the register's size after the left shift.
-            any |= (y + (bias >> left)) & !((size >> left) - 1);
-            out[i] = y << left;
-            exact[i] = x;
+        _: usize,
+        word: S::I,
+        exponent: S::I,
+        _: &mut <S::I as Vector>::Mask,
+    ) -> S::I {
+        let parts = Parts::new(word, &mut self.beyond);
+        // Less than 1 overflows any register of up to 50 bits; beyond 62 nothing is left.
+        let right = (exponent.plus(UNIT - q.frac()) - parts.biased).limit(1, 62);
+        let code = parts.round(right, i64::MAX);
+        self.check(q, code);
+        if q.format.magnitude_bits() > 50 {
+            self.beyond = self.simd.splat(1);
         }
-        if any != 0 || !Quantizer::is_standard(q.format) {
-            settle_shift((q, most), &exact, &shift.0, &mut out[..self.n], self.flags);
-        }
+        code
     }
 
-    /// Normalises into a block register: the common shift of a lane depends on its largest component.
     #[inline(always)]
-    pub(crate) fn block<const C: usize>(
+    fn vector(
         &mut self,
         q: &Register,
-        x: &Lanes<N, C>,
-        frac: impl Fn(usize) -> i64,
-        exponent: impl Fn(usize) -> i64,
-        (out, out_frac): (&mut Lanes<N, C>, &mut [i64; N]),
-    ) {
-        let n = self.n;
-        let width = q.bits();
-        let zeros: [i64; N] = leading_zeros(n, x);
-        fill(n, out_frac, |i| {
-            let shift = 64 - zeros[i] - width;
-            frac(i) - if zeros[i] == 64 { 0 } else { shift }
-        });
-        mantissas(n, q, x, |i| zeros[i] - 1, out);
-        for (c, m) in out.iter().enumerate() {
-            self.put(q, c, m, |i| out_frac[i] - exponent(i));
+        words: [S::I; 3],
+        _: &mut <S::I as Vector>::Mask,
+    ) -> ([S::I; 3], S::I) {
+        let (width, max) = (q.bits(), q.format.max_raw());
+        let [x, y, z] = words;
+        let [x, y, z] = [
+            Parts::new(x, &mut self.beyond),
+            Parts::new(y, &mut self.beyond),
+            Parts::new(z, &mut self.beyond),
+        ];
+        let top = x.biased.larger(y.biased).larger(z.biased);
+        let frac = top.like(UNIT - 53 + width) - top;
+        let frac = top.zero().select(top.like(width - 1), frac);
+        let mut m = [top; 3];
+        for (m, parts) in m.iter_mut().zip([x, y, z]) {
+            let right = (top.plus(53 - width) - parts.biased).smaller(top.like(62));
+            *m = parts.round(right, max);
         }
+        (m, frac)
     }
 
-    /// Sets the bit of an event in the lanes where it happened.
     #[inline(always)]
-    pub(crate) fn event(&mut self, event: Event, happened: &[bool; N]) {
-        if happened.contains(&true) {
-            for (flags, happened) in self.flags.iter_mut().zip(happened) {
-                flags.event(event, *happened);
+    fn tell(&mut self, _: &Register, _: usize, _: S::I, _: S::I) {}
+
+    #[inline(always)]
+    fn event(&mut self, _: Event, happened: <S::I as Vector>::Mask) -> bool {
+        let zero = self.simd.splat(0);
+        self.beyond = self.beyond | happened.select(zero.like(1), zero);
+        false
+    }
+}
+
+/// Biased exponent of a binary64 number whose last fraction bit is 1.
+const UNIT: i64 = 1075;
+
+/// The parts of binary64 words; none of them subnormal or not finite, or it is noted.
+#[derive(Clone, Copy)]
+struct Parts<V> {
+    magnitude: V,
+    biased: V,
+    /// All ones where negative.
+    sign: V,
+}
+
+impl<V: Vector> Parts<V> {
+    #[inline(always)]
+    fn new(word: V, beyond: &mut V) -> Self {
+        const FRACTION: i64 = (1 << 52) - 1;
+        const EXPONENT: i64 = 0x7ff;
+        let (biased, fraction) = (word.down(52).and(EXPONENT), word.and(FRACTION));
+        let (zero, one) = (word.like(0), word.like(1));
+        let none = biased.zero();
+        let infinite = biased.same(word.like(EXPONENT)).select(one, zero);
+        *beyond = *beyond | none.select(fraction, zero) | infinite;
+        let magnitude = none.select(zero, fraction | word.like(1 << 52));
+        Self { magnitude, biased, sign: word.down(63) }
+    }
+
+    /// The numbers shifted right by 1 to 62 bits, to nearest, ties to even, of magnitudes up to `max`.
+    #[inline(always)]
+    fn round(&self, right: V, max: i64) -> V {
+        let m = half_even(self.magnitude, right).smaller(right.like(max));
+        (m ^ self.sign) - self.sign
+    }
+}
+
+/// Numbers of lanes in an array: of some lanes as a vector, of a block's.
+pub(crate) trait Place<S: Simd> {
+    /// The numbers of the lanes that a vector has.
+    type Values;
+    /// Those from `at` on.
+    fn load(&self, simd: S, at: usize) -> Self::Values;
+    /// Puts them there.
+    fn store(&mut self, at: usize, values: Self::Values);
+}
+
+impl<S: Simd, const N: usize> Place<S> for [i64; N] {
+    type Values = S::I;
+
+    #[inline(always)]
+    fn load(&self, simd: S, at: usize) -> S::I {
+        simd.load(self, at)
+    }
+
+    #[inline(always)]
+    fn store(&mut self, at: usize, values: S::I) {
+        values.store(self, at);
+    }
+}
+
+impl<S: Simd, const N: usize, const C: usize> Place<S> for [[i64; N]; C] {
+    type Values = [S::I; C];
+
+    #[inline(always)]
+    fn load(&self, simd: S, at: usize) -> [S::I; C] {
+        let mut out = [simd.splat(0); C];
+        for (out, from) in out.iter_mut().zip(self) {
+            *out = simd.load(from, at);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn store(&mut self, at: usize, values: [S::I; C]) {
+        for (to, values) in self.iter_mut().zip(values) {
+            values.store(to, at);
+        }
+    }
+}
+
+/// What an array holds before anything was written.
+pub(crate) trait Zero {
+    /// Zeros.
+    const ZERO: Self;
+}
+
+impl<const N: usize> Zero for [i64; N] {
+    const ZERO: Self = [0; N];
+}
+
+impl<const N: usize, const C: usize> Zero for [[i64; N]; C] {
+    const ZERO: Self = [[0; N]; C];
+}
+
+/// A struct of numbers with a type for one of them, `V`: a vector, or an array with a block's lanes.
+macro_rules! in_lanes {
+    ($(#[$doc:meta])* pub struct $name:ident<V> { $($(#[$about:meta])* pub $field:ident: $kind:ty,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name<V> { $($(#[$about])* pub $field: $kind),+ }
+
+        impl<const N: usize> Default for $name<[i64; N]> {
+            fn default() -> Self {
+                Self { $($field: $crate::lanes::Zero::ZERO),+ }
             }
         }
-    }
 
-    /// Tells the tap of one component in every lane in use.
-    #[inline(always)]
-    pub(crate) fn put(
-        &mut self,
-        q: &Register,
-        c: usize,
-        codes: &[i64; N],
-        frac: impl Fn(usize) -> i64,
-    ) {
-        if T::ACTIVE {
-            for (i, code) in codes.iter().enumerate().take(self.flags.len()) {
-                self.tap.put(i, q.reg, c, *code, frac(i));
+        impl<S: lanes::Simd, const N: usize> $crate::lanes::Place<S> for $name<[i64; N]> {
+            type Values = $name<S::I>;
+
+            #[inline(always)]
+            fn load(&self, simd: S, at: usize) -> $name<S::I> {
+                $name { $($field: $crate::lanes::Place::load(&self.$field, simd, at)),+ }
+            }
+
+            #[inline(always)]
+            fn store(&mut self, at: usize, values: $name<S::I>) {
+                $($crate::lanes::Place::<S>::store(&mut self.$field, at, values.$field);)+
             }
         }
-    }
+    };
 }
-
-/// Limits rounded codes, or writes exact ones, and sets the flags of the lanes in use.
-#[cold]
-#[inline(never)]
-fn settle(q: &Register, codes: &mut [i64], flags: &mut [Flags]) {
-    for (i, code) in codes.iter_mut().enumerate() {
-        let (limited, over) =
-            if q.lanes.passes_through() { q.write(*code) } else { q.limit(*code) };
-        *code = limited;
-        if let Some(flags) = flags.get_mut(i) {
-            flags.register(q.reg, over);
-        }
-    }
-}
-
-/// Writes exact values with a shift for each lane, and sets the flags of the lanes in use.
-#[cold]
-#[inline(never)]
-fn settle_shift(
-    (q, most): (&Register, i64),
-    exact: &[i64],
-    shifts: &[i64],
-    codes: &mut [i64],
-    flags: &mut [Flags],
-) {
-    for (i, (code, (x, shift))) in codes.iter_mut().zip(exact.iter().zip(shifts)).enumerate() {
-        let (limited, over) = q.write_shifted(*x, *shift);
-        *code = limited;
-        if let Some(flags) = flags.get_mut(i) {
-            flags.register(q.reg, over && limited.abs() < most);
-        }
-    }
-}
-
-/// Mantissas by another rounding than half-even: `up` and then `down` is the block's shift.
-#[cold]
-#[inline(never)]
-fn round_other(q: &Quantizer, x: &[i64], up: &[i64], down: i64, codes: &mut [i64]) {
-    let max = q.format.max_raw();
-    for (code, (x, up)) in codes.iter_mut().zip(x.iter().zip(up)) {
-        let shift = if *x == 0 { 0 } else { down - up };
-        *code = q.round(*x, shift).clamp(-max, max);
-    }
-}
+pub(crate) use in_lanes;

@@ -18,7 +18,7 @@ pub mod cone;
 pub mod config;
 pub mod distance;
 pub mod fx;
-mod lanes;
+pub mod lanes;
 mod literals;
 pub mod policy;
 pub mod port;

@@ -4,10 +4,6 @@
 //! normalised by one power of two, taken from their largest component; derivatives shift with their
 //! vector. One rounding, that of the register.
 
-mod lanes;
-
-pub(crate) use lanes::{scalar_lanes, vector_lanes};
-
 use crate::fx::{Block, Quantizer};
 
 /// sign·mantissa and exponent of a binary64 word: value = m · 2^e; `false` where it is not finite

@@ -22,6 +22,8 @@ pub mod surface_footprint;
 
 use alloc::format;
 
+use lanes::Vector;
+
 use crate::config::{Config, ConfigError, LIMIT_BITS};
 use crate::fx::{Block, Flags, block};
 use crate::port;
@@ -188,16 +190,20 @@ impl<T: Tap> Sink<'_, T> {
     }
 }
 
-/// ⟨a, b⟩ of one lane.
+/// ⟨a, b⟩.
 #[inline(always)]
-pub(crate) fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+pub(crate) fn dot<V: Vector>(a: [V; 3], b: [V; 3]) -> V {
+    a[0].mul(b[0]) + a[1].mul(b[1]) + a[2].mul(b[2])
 }
 
-/// a × b of one lane.
+/// a × b.
 #[inline(always)]
-pub(crate) fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+pub(crate) fn cross<V: Vector>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+    [
+        a[1].mul(b[2]) - a[2].mul(b[1]),
+        a[2].mul(b[0]) - a[0].mul(b[2]),
+        a[0].mul(b[1]) - a[1].mul(b[0]),
+    ]
 }
 
 /// Lane `i` of a vector of lanes.
@@ -212,9 +218,8 @@ pub(crate) fn take<const N: usize, const C: usize>(lanes: &Lanes<N, C>, i: usize
 
 /// One column of a matrix whose columns lie one after the other.
 #[inline(always)]
-pub(crate) fn column<const N: usize>(lanes: &Lanes<N, 6>, col: usize) -> &Lanes<N, 3> {
-    let (columns, _) = lanes.as_chunks();
-    columns.get(col).unwrap_or(&[[0; N]; 3])
+pub(crate) fn column<V: Vector>(m: &[V; 6], col: usize) -> [V; 3] {
+    if col == 0 { [m[0], m[1], m[2]] } else { [m[3], m[4], m[5]] }
 }
 
 /// Stores a vector into lane `i`.

@@ -26,7 +26,7 @@ use crate::stages::{
 };
 
 /// A block of ENV.
-pub type EnvBlock<const N: usize> = Block<Ports<N>, N>;
+pub type EnvBlock<const N: usize> = Block<(), N>;
 /// A block of HIT.
 pub type HitBlock<const N: usize> = Block<HitFront<N>, N>;
 /// A block of TEX.

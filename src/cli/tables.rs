@@ -67,10 +67,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         columns: &["value"],
         rows: rom.values.iter().map(|v| vec![*v]).collect(),
     };
-    let double = |frac, pairs: &[(i64, i64)]| Rom {
+    let double = |frac, pairs: &[[i64; 2]]| Rom {
         frac,
         columns: &["cos", "sin"],
-        rows: pairs.iter().map(|(c, s)| vec![*c, *s]).collect(),
+        rows: pairs.iter().map(|pair| pair.to_vec()).collect(),
     };
     let rom = match name.as_str() {
         "recip" => single(&roms.recip),

@@ -92,7 +92,7 @@ fn tables(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
 fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
     let frac = num::i32(spec.config.tables.eigen.frac);
     let mut worst = 0.0f64;
-    for (cos, sin) in &roms.angle.angles {
+    for [cos, sin] in &roms.angle.angles {
         // Entries lie on the circle but for their roundings.
         #[expect(clippy::cast_precision_loss, reason = "at most 29 bits")]
         let [c, s] = [*cos, *sin].map(|x| libm::ldexp(x as f64, -frac));

@@ -98,7 +98,7 @@ impl Circuit for HitRtl {
         let (block, out) = self.lanes::<1, _>(&[words(&ray(input))], probe);
         let place = |status| HitStatus::ALL.iter().position(|s| *s == status);
         let extra = Extra {
-            face: num::i64(block.env.face.face[0]),
+            face: block.env.face.face[0],
             count: out.probes[0],
             status: place(block.front.hit.status[0]).map_or(0, num::i64),
             iterations: block.front.hit.iterations[0].into(),

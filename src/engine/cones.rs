@@ -1,12 +1,13 @@
 //! Ray cones along the paths of a scene: the same walk in the unit's registers and in doubles.
 
 use glam::DVec3;
+use lanes::{Runs as _, Simd, Task};
 use rtl_model::cone::{Cone as RtlCone, Dither, Dyadic};
 use rtl_model::fx::Flags;
 use rtl_model::regs as model;
 use rtl_model::stages::ray_cone::{self as rtl, Cfg, camera as rtl_camera};
 
-use super::dispatch::{Level, Task};
+use super::dispatch::Level;
 use crate::policy::{ConeMetric, ConePolicy, ConeRules, SetDiffuse};
 use crate::reference::ray_cone::{self as float, Step, camera as float_camera};
 use crate::scene::tex::camera::{Camera, Lens};
@@ -265,7 +266,7 @@ pub fn propagate_batch(
         type Output = ();
 
         #[inline(always)]
-        fn run(self) {
+        fn run<S: Simd>(self, _: S) {
             rtl::propagate_batch(self.0, self.1, self.2, self.3);
         }
     }

@@ -3,7 +3,8 @@
 //! Every step of an operation and its end is a task of its own, compiled once for each level. All of it
 //! is integer arithmetic: the bits are the same.
 
-pub use lanes::{Level, Task};
+use lanes::Scalar;
+pub use lanes::{Level, Runs};
 use rtl_model::unit::{Block, BlockOf, Finish, Memory, Operation, Results};
 use rtl_model::{NoTap, NoTapStandard, Tap};
 
@@ -41,7 +42,7 @@ impl<O: Operation> Blocks<'_, O> {
     /// Runs a group from a step on.
     fn group<T: Tap>(
         &mut self,
-        level: Level,
+        level: impl Runs,
         first: usize,
         group: &mut [BlockOf<O, LANES>],
         out: &mut Results<LANES>,
@@ -86,7 +87,7 @@ impl<O: Operation> Blocks<'_, O> {
             if self.unit.is_standard() {
                 self.group(level, first, group, &mut out, &mut NoTapStandard);
             } else {
-                self.group(Level::Baseline, first, group, &mut out, &mut NoTap);
+                self.group(Scalar, first, group, &mut out, &mut NoTap);
             }
         }
     }

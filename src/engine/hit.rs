@@ -143,7 +143,7 @@ impl HitRtl {
     pub fn trace(&self, ray: &HitFragment, probe: &mut RtlProbe) -> (HitResult, &'static str) {
         probe.clear();
         let (block, out) = self.lanes::<1, _>(&[words(ray)], probe);
-        (self.result(&block, &out, 0), FACE_NAMES[block.env.face.face[0]])
+        (self.result(&block, &out, 0), FACE_NAMES[block.env.face_of(0)])
     }
 
     /// One lane's result.

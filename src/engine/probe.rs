@@ -109,7 +109,7 @@ pub fn rtl(
     let words = encode::words(fragment);
     let set = unit.one(&words, None, texture, &mut state, &mut out, probe);
     let flags = flag_names(config, set);
-    RtlFragment { face: state.face.face[0], probes: out.probes[0], color: out.color[0], flags }
+    RtlFragment { face: state.face_of(0), probes: out.probes[0], color: out.color[0], flags }
 }
 
 /// Everything that the float reference put for one fragment.

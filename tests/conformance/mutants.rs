@@ -194,7 +194,7 @@ fn one_table_entry_off_by_an_lsb_is_caught_where_the_table_is_read_first() {
                 "sqrt" => &mut roms.sqrt.values,
                 "log2" => &mut roms.log2.values,
                 _ => {
-                    roms.angle.angles[entry].1 += 1;
+                    roms.angle.angles[entry][1] += 1;
                     &mut roms.log2.values
                 }
             };

@@ -37,13 +37,12 @@ fn faces_are_chosen_and_undone_like_the_cube_maps() {
 /// `cube_face` of one direction given as 25-bit mantissas: (face, u, v, zero).
 fn stage(config: &Config, roms: &Roms, d: [i64; 3]) -> (usize, [f64; 2], Flags) {
     let cfg = cube_face::Cfg::new(config).expect("the default");
-    let v_r = d.map(|c| [c]);
-    let input = cube_face::In { v_r: &v_r, v_r_frac: &[24], exp: &[0] };
-    let mut out = cube_face::Out::<1>::default();
-    let mut flags = [Flags::default()];
-    cube_face::cube_face(&cfg, roms, input, &mut out, &mut flags, &mut Record::default());
+    let mut flags = Flags::default();
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut Record::default() };
+    let out = cube_face::cube_face(&cfg, roms, (d, 24, 0), &mut sink);
     let scale = f64::from(1u32 << 24);
-    (out.face[0], [out.u[0] as f64 / scale, out.v[0] as f64 / scale], flags[0])
+    let face = usize::try_from(out.face).expect("a face");
+    (face, [out.u as f64 / scale, out.v as f64 / scale], flags)
 }
 
 #[test]

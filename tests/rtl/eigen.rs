@@ -8,7 +8,7 @@
 
 use rtl_model::fx::Flags;
 use rtl_model::policy::{Axis, Minor, Placement};
-use rtl_model::stages::{Roms, covariance, eigen};
+use rtl_model::stages::{Roms, Sink, covariance, eigen};
 use rtl_model::{Config, NoTap};
 use support::model::Rng;
 
@@ -21,17 +21,15 @@ struct Got {
 /// The stage on K's mantissas with 28 fraction bits.
 fn run(config: &Config, roms: &Roms, k: [i64; 3]) -> Got {
     let cfg = eigen::Cfg::new(config).expect("legal");
-    let covariance =
-        covariance::Out::<1> { k: k.map(|m| [m]), frac: [28], ..covariance::Out::default() };
-    let mut out = eigen::Out::<1>::default();
-    let mut flags = [Flags::default()];
-    let input = eigen::In { covariance: &covariance };
-    eigen::eigen(&cfg, roms, input, &mut out, &mut flags, &mut NoTap);
-    let exp = i32::try_from(out.exp[0]).expect("small");
+    let covariance = covariance::Out { k, frac: 28, longest: [0; 2], longest_sq: 0 };
+    let mut flags = Flags::default();
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
+    let out = eigen::eigen(&cfg, roms, &covariance, &mut sink);
+    let exp = i32::try_from(out.exp).expect("small");
     Got {
-        lambda: out.lambda.map(|l| libm::ldexp(l[0] as f64, exp - 28)),
-        axis: out.axis.map(|a| a[0] as f64 / f64::from(1u32 << 20)),
-        flags: flags[0],
+        lambda: out.lambda.map(|l| libm::ldexp(l as f64, exp - 28)),
+        axis: out.axis.map(|a| a as f64 / f64::from(1u32 << 20)),
+        flags,
     }
 }
 

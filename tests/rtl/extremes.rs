@@ -260,7 +260,7 @@ fn extreme_alpha_at_a_table_boundary_and_one_ulp_to_each_side() {
         spec.config.tables.eigen.entries = entries;
         let rom = Roms::new(&spec.config).unwrap().angle;
         assert_eq!(rom.boundaries.len(), usize::try_from(entries / 2).unwrap());
-        for (k, (cos, sin)) in rom.boundaries.iter().enumerate() {
+        for (k, [cos, sin]) in (0..).zip(&rom.boundaries) {
             // |2b| : |c − a| as sin θ : cos θ, exactly on the boundary's constants.
             assert_eq!(rom.index(*sin, *cos), k, "on it: the lower entry");
             assert_eq!(rom.index(sin - 1, *cos), k);

@@ -291,7 +291,7 @@ fn the_angle_table_holds_rounded_sines_and_ascending_boundaries() {
                 for frac in [4, 20, 28] {
                     let rom = angle(entries, order, frac, placement);
                     let scale = f64::from(1u32 << frac);
-                    for (k, &(cos, sin)) in rom.angles.iter().enumerate() {
+                    for (k, &[cos, sin]) in rom.angles.iter().enumerate() {
                         // Interpolated centres begin with the first entry's mirror image.
                         let mirror = order == 1 && placement == Placement::Centres;
                         let a = alpha(k, entries, placement)
@@ -301,16 +301,16 @@ fn the_angle_table_holds_rounded_sines_and_ascending_boundaries() {
                         assert!((sin as f64 - libm::sin(a) * scale).abs() <= slack);
                     }
                     for pair in rom.boundaries.windows(2) {
-                        let [(c0, s0), (c1, s1)] = [pair[0], pair[1]];
+                        let [[c0, s0], [c1, s1]] = [pair[0], pair[1]];
                         assert!(s1 * c0 > s0 * c1, "boundaries ascend");
                     }
                     let beyond = usize::from(order == 1);
                     assert_eq!(rom.boundaries.len() + 1 + beyond, rom.angles.len());
                     assert_eq!(rom.doubled.len(), beyond * (rom.boundaries.len() + 1));
                     if placement == Placement::Edges {
-                        assert_eq!(rom.angles[0], (1 << frac, 0), "0° is an entry");
+                        assert_eq!(rom.angles[0], [1 << frac, 0], "0° is an entry");
                         let last = rom.angles[rom.angles.len() - 1];
-                        assert_eq!(last.0, last.1, "45° is the last one");
+                        assert_eq!(last[0], last[1], "45° is the last one");
                     }
                 }
             }
@@ -338,7 +338,7 @@ fn the_angle_index_is_the_nearest_entry() {
                 let best = (0..rom.angles.len())
                     .min_by(|&i, &j| near(i).total_cmp(&near(j)))
                     .expect("entries");
-                let got = rom.index(a, b);
+                let got = usize::try_from(rom.index(a, b)).expect("an entry");
                 assert!(
                     near(got) <= near(best) + 0.5f64.powi(25),
                     "{entries} entries, {placement:?}: {a}/{b} gives {got}, nearest {best}"
@@ -356,7 +356,7 @@ fn the_angle_index_turns_over_exactly_at_its_boundary_constants() {
         for entries in [4, 32, 1024] {
             for order in [0, 1] {
                 let rom = angle(entries, order, 20, placement);
-                for (k, &(cos, sin)) in rom.boundaries.iter().enumerate() {
+                for (k, &[cos, sin]) in (0..).zip(&rom.boundaries) {
                     // On the boundary the lower entry, one code above it the higher one.
                     assert_eq!(rom.index(sin, cos), k);
                     // The boundary at 90° is the last entry of order 1: nothing lies beyond it.
@@ -367,8 +367,8 @@ fn the_angle_index_turns_over_exactly_at_its_boundary_constants() {
                     assert_eq!(rom.index(sin, cos + 1), k);
                 }
                 assert_eq!(rom.index(0, 1), 0);
-                let reachable = rom.boundaries.iter().filter(|b| b.0 > 0).count();
-                assert_eq!(rom.index(1, 0), reachable);
+                let reachable = rom.boundaries.iter().filter(|b| b[0] > 0).count();
+                assert_eq!(usize::try_from(rom.index(1, 0)), Ok(reachable));
             }
         }
     }

@@ -30,7 +30,7 @@ pub struct Quantizer {
 
 /// The part of a register write that needs no case: half-even rounding by a shift that does not lose
 /// everything, and whether the result is in range. Registers that need more pass their input through and
-/// count as out of range, so that [`Quantizer::write`] settles them.
+/// count as out of range, so that these lanes are run again one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LaneRounding {
     /// Right shift, 2^(shift − 1) − 1, and 1 where ties must see the last bit kept.
@@ -54,17 +54,6 @@ impl LaneRounding {
             bias: -format.min_raw(),
             beyond: !(format.max_raw() - format.min_raw()),
         }
-    }
-
-    /// Whether the register's writes need [`Quantizer::write`] in every case.
-    pub(crate) const fn passes_through(&self) -> bool {
-        self.beyond == -1
-    }
-
-    /// x rounded to LSBs, or x.
-    #[inline(always)]
-    pub(crate) fn round(&self, x: i64) -> i64 {
-        (x + self.low + ((x >> self.down) & self.odd)) >> self.down
     }
 }
 

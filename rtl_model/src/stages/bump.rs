@@ -1,11 +1,39 @@
 //! `bump`: n_mod = n + b1 e1 + b2 e2 (Schilling, before eq. 4).
 
-use super::{Lanes, block_frac, fits, frac, int};
+use lanes::Vector;
+
+use super::{block_frac, fits, frac, int, local_frame};
 use crate::config::{Config, ConfigError};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::regs::{Reg, Register};
-use crate::tap::Tap;
+use crate::unit::Inputs;
+
+/// The stage: n_mod in n's nominal scale.
+#[inline(always)]
+pub fn bump<V: Vector>(
+    cfg: &Cfg,
+    port: &Inputs<V>,
+    frame: &local_frame::Out<V>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let [b1, b2] = port.b;
+    let mut n_mod = port.n;
+    for c in 0..3 {
+        let sum = port.n[c].up(cfg.lift_n)
+            + b1.mul(frame.e1[c]).up(cfg.lift[0])
+            + b2.mul(frame.e2[c]).up(cfg.lift[1]);
+        n_mod[c] = sink.put(&cfg.n_mod, c, sum, port.n_exp);
+    }
+    Out { n_mod }
+}
+
+in_lanes! {
+    /// The modified normal in n's nominal scale.
+    pub struct Out<V> {
+        /// n_mod.
+        pub n_mod: [V; 3],
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -15,34 +43,6 @@ pub struct Cfg {
     n_mod: Register,
     lift_n: i64,
     lift: [i64; 2],
-}
-
-/// n and its tangent vectors in one nominal scale, offsets in units of |n|.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Mantissas of the interpolated normal.
-    pub n: &'a Lanes<N, 3>,
-    /// Its power of two.
-    pub n_exp: &'a [i64; N],
-    /// First tangent vector.
-    pub e1: &'a Lanes<N, 3>,
-    /// Second tangent vector.
-    pub e2: &'a Lanes<N, 3>,
-    /// Offsets b1, b2.
-    pub b: &'a Lanes<N, 2>,
-}
-
-/// The modified normal in n's nominal scale.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// n_mod.
-    pub n_mod: Lanes<N, 3>,
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self { n_mod: [[0; N]; 3] }
-    }
 }
 
 impl Cfg {
@@ -61,28 +61,5 @@ impl Cfg {
             lift_n: common - n,
             lift: e.map(|e| common - b - e),
         })
-    }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn bump<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let [b1, b2] = input.b;
-    let (lift_n, lift) = (cfg.lift_n, cfg.lift);
-    for c in 0..3 {
-        let (n, e1, e2) = (&input.n[c], &input.e1[c], &input.e2[c]);
-        let sum = |i: usize| {
-            (n[i] << lift_n)
-                + (mul::<T>(b1[i], e1[i]) << lift[0])
-                + (mul::<T>(b2[i], e2[i]) << lift[1])
-        };
-        sink.write(&cfg.n_mod, c, sum, |i| input.n_exp[i], &mut out.n_mod[c]);
     }
 }

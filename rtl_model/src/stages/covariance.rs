@@ -3,13 +3,90 @@
 //! (Schilling, eq. 3 with the order corrected, 12 and 13.) The shift is common to a, b and c, never a
 //! saturation of one of them: that would turn the axis.
 
-use super::{Lanes, bits, block_frac, fits, frac, int, store, take};
+use lanes::{Mask as _, Vector};
+
+use super::{bits, block_frac, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, each, fill, leading_zeros, mantissas, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::policy::Axis;
 use crate::regs::{Kind, Reg, Register};
-use crate::tap::Tap;
+
+/// The stage, from D, with roughness s·B', and D's powers of two where its register is a block.
+#[inline(always)]
+pub fn covariance<V: Vector>(
+    cfg: &Cfg,
+    d: &[V; 4],
+    b: Option<&[V; 4]>,
+    exp: Option<V>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let mut sum = squares(d, cfg.lift[0]);
+    if let Some(b) = b {
+        let more = squares(b, cfg.lift[1]);
+        for c in 0..3 {
+            sum[c] = sum[c] + more[c];
+        }
+    }
+    let any = sum[0].abs() | sum[2].abs();
+    let shift = any.like(64 - cfg.k.bits()) - any.leading_zeros();
+    let shift = any.zero().select(any.like(0), shift);
+    // An even exponent against the nominal scale: K's root has a whole one.
+    let shift = shift + (shift.like(cfg.exact_frac + cfg.parity) - shift).and(1);
+    let exact_frac = shift.like(cfg.exact_frac);
+    let (k, frac) = sink.normalize(&cfg.k, &sum, exact_frac, Some(shift));
+    let frac = frac - exp.map_or(shift.like(0), |exp| exp.up(1));
+    for (c, k) in k.iter().enumerate() {
+        sink.tell(&cfg.k, c, *k, frac);
+    }
+    let mut out = Out { k, frac, longest: [frac; 2], longest_sq: frac };
+    if cfg.longest {
+        let (longest, sq) = longest(cfg, d, b);
+        let ([sq], _) = sink.normalize(&cfg.k, &[sq], exact_frac, Some(shift));
+        out.longest = longest;
+        out.longest_sq = sq.larger(sq.like(0));
+    }
+    out
+}
+
+/// The products of a matrix's rows: a, b, c of X Xᵀ.
+#[inline(always)]
+fn squares<V: Vector>([ux, uy, vx, vy]: &[V; 4], lift: i64) -> [V; 3] {
+    [
+        (ux.mul(*ux) + uy.mul(*uy)).up(lift),
+        (ux.mul(*vx) + uy.mul(*vy)).up(lift),
+        (vx.mul(*vx) + vy.mul(*vy)).up(lift),
+    ]
+}
+
+/// The longest column of [D s·B'] and its squared length; the first on ties.
+#[inline(always)]
+fn longest<V: Vector>(cfg: &Cfg, d: &[V; 4], b: Option<&[V; 4]>) -> ([V; 2], V) {
+    let none = d[0].like(0);
+    let (mut best, mut most) = ([none; 2], none.like(-1));
+    for (m, lift) in [(d, cfg.lift[0]), (b.unwrap_or(&[none; 4]), cfg.lift[1])] {
+        for (u, v) in [(m[0], m[2]), (m[1], m[3])] {
+            let sq = (u.mul(u) + v.mul(v)).up(lift);
+            let longer = sq.gt(most);
+            best = [longer.select(u, best[0]), longer.select(v, best[1])];
+            most = longer.select(sq, most);
+        }
+    }
+    (best, most)
+}
+
+in_lanes! {
+    /// K.
+    pub struct Out<V> {
+        /// Mantissas of a, b, c.
+        pub k: [V; 3],
+        /// Their fraction bits.
+        pub frac: V,
+        /// The longest column of [D s·B'], for `footprint.axis = "longer-derivative"`.
+        pub longest: [V; 2],
+        /// Its squared length at K's exponent.
+        pub longest_sq: V,
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -20,36 +97,6 @@ pub struct Cfg {
     /// Fraction bits of K's nominal scale; the shared exponent is even against it.
     parity: i64,
     longest: bool,
-}
-
-/// D and, with roughness, s·B'.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// D row by row.
-    pub d: &'a Lanes<N, 4>,
-    /// s·B' row by row; `None` without roughness.
-    pub b: Option<&'a Lanes<N, 4>>,
-    /// Powers of two of D, where its register is a block.
-    pub exp: Option<&'a [i64; N]>,
-}
-
-/// K.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// Mantissas of a, b, c.
-    pub k: Lanes<N, 3>,
-    /// Their fraction bits.
-    pub frac: [i64; N],
-    /// The longest column of [D s·B'], for `footprint.axis = "longer-derivative"`.
-    pub longest: Lanes<N, 2>,
-    /// Its squared length at K's exponent.
-    pub longest_sq: [i64; N],
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self { k: [[0; N]; 3], frac: [0; N], longest: [[0; N]; 2], longest_sq: [0; N] }
-    }
 }
 
 impl Cfg {
@@ -82,83 +129,4 @@ impl Cfg {
             longest: config.policy.footprint.axis == Axis::LongerDerivative,
         })
     }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn covariance<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let mut sum = squares::<N, T>(lanes, input.d, cfg.lift[0]);
-    if let Some(rough) = input.b {
-        let more = squares::<N, T>(lanes, rough, cfg.lift[1]);
-        for (sum, more) in sum.iter_mut().zip(&more) {
-            *sum = each(lanes, |i| sum[i] + more[i]);
-        }
-    }
-    // Where all words of a row stand at −2^w the sum is 2^62, and an even shift takes one place more.
-    let width = cfg.k.bits();
-    let zeros = leading_zeros(lanes, &[sum[0], sum[2]]);
-    let shift: [i64; N] = each(lanes, |i| {
-        let shift = if zeros[i] == 64 { 0 } else { 64 - zeros[i] - width };
-        // An even exponent against the nominal scale: K's root has a whole one.
-        shift + ((cfg.exact_frac - shift + cfg.parity) & 1)
-    });
-    mantissas(lanes, &cfg.k, &sum, |i| 63 - width - shift[i], &mut out.k);
-    fill(lanes, &mut out.frac, |i| cfg.exact_frac - shift[i]);
-    if let Some(exp) = input.exp {
-        for (frac, exp) in out.frac.iter_mut().zip(exp) {
-            *frac -= 2 * exp;
-        }
-    }
-    for (c, k) in out.k.iter().enumerate() {
-        sink.put(&cfg.k, c, k, |i| out.frac[i]);
-    }
-    if cfg.longest {
-        for lane in 0..lanes {
-            let (column, sq) = longest(cfg, input, lane);
-            store(&mut out.longest, lane, column);
-            out.longest_sq[lane] = cfg.k.round(sq, shift[lane]).clamp(0, cfg.k.format.max_raw());
-        }
-    }
-}
-
-/// The products of a matrix's rows: a, b, c of X Xᵀ.
-#[inline(always)]
-fn squares<const N: usize, T: Tap>(
-    lanes: usize,
-    [ux, uy, vx, vy]: &Lanes<N, 4>,
-    lift: i64,
-) -> Lanes<N, 3> {
-    [
-        each(lanes, |i| (mul::<T>(ux[i], ux[i]) + mul::<T>(uy[i], uy[i])) << lift),
-        each(lanes, |i| (mul::<T>(ux[i], vx[i]) + mul::<T>(uy[i], vy[i])) << lift),
-        each(lanes, |i| (mul::<T>(vx[i], vx[i]) + mul::<T>(vy[i], vy[i])) << lift),
-    ]
-}
-
-/// The longest column of [D s·B'] and its squared length; the first on ties.
-#[inline(always)]
-fn longest<const N: usize>(cfg: &Cfg, input: In<'_, N>, lane: usize) -> ([i64; 2], i64) {
-    let [ux, uy, vx, vy] = take(input.d, lane);
-    let [b11, b12, b21, b22] = input.b.map_or([0; 4], |b| take(b, lane));
-    let mut best = ([0; 2], -1);
-    for (column, lift) in [
-        ([ux, vx], cfg.lift[0]),
-        ([uy, vy], cfg.lift[0]),
-        ([b11, b21], cfg.lift[1]),
-        ([b12, b22], cfg.lift[1]),
-    ] {
-        let sq = (column[0] * column[0] + column[1] * column[1]) << lift;
-        if sq > best.1 {
-            best = (column, sq);
-        }
-    }
-    best
 }

@@ -3,15 +3,68 @@
 //! (sc, tc, ma) as in Vulkan; on equal magnitudes z wins over y wins over x. The zero vector gives
 //! +z, u = v = 0 and the event `cube_face.zero`.
 
-use core::array;
+use lanes::{Mask as _, Vector};
 
-use super::{Lanes, Roms, bits, fits, frac, take};
+use super::{Roms, bits, fits, frac};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, Shift, dot, fill, mantissa, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::regs::{Event, Reg, Register};
-use crate::tables::rom::PORT_FRAC;
-use crate::tap::Tap;
+use crate::tables::rom::{PORT_FRAC, mantissa};
+
+/// The stage, from a direction's mantissas with `frac` fraction bits in a nominal scale of 2^`exp`.
+#[inline(always)]
+pub fn cube_face<V: Vector>(
+    cfg: &Cfg,
+    roms: &Roms,
+    (v_r, frac, exp): ([V; 3], V, V),
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let (mut d, mut d_frac) = (v_r, frac);
+    if let Some(a) = &cfg.rotation {
+        let mut sum = d;
+        for (sum, row) in sum.iter_mut().zip(a) {
+            *sum = v_r[0].times(row[0]) + v_r[1].times(row[1]) + v_r[2].times(row[2]);
+        }
+        (d, d_frac) = sink.normal(&cfg.rotated, &sum, frac.plus(ROTATION_FRAC.into()), exp);
+    }
+    let face = face_of(d);
+    let [sc, tc, ma] = components_of(face, d);
+    let none = sink.event(Event::FaceZero, ma.zero());
+    // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
+    let (m, e) = mantissa(ma.larger(ma.like(1)));
+    let y = if none { ma } else { roms.recip.recip(m) };
+    let inv_frac = e.plus(PORT_FRAC.into()) - d_frac;
+    let ([inv_ma], inv_ma_frac) = sink.normal(&cfg.inv_ma, &[y], inv_frac, -exp);
+    let mut uv = [sc, tc];
+    for (uv, q) in uv.iter_mut().zip([&cfg.u, &cfg.v]) {
+        let f = q.frac();
+        let one = 1i64 << f;
+        // |sc| ≤ |ma|: a table error must not leave the face.
+        let code = sink.shift_code(q, uv.mul(inv_ma), (d_frac + inv_ma_frac).plus(-f), one);
+        *uv = code.limit(-one, one);
+        sink.tell(q, 0, *uv, exp.like(f));
+    }
+    let zero = ma.zero().select(ma.like(1), ma.like(0));
+    Out { face, zero, inv_ma, inv_ma_frac, u: uv[0], v: uv[1] }
+}
+
+in_lanes! {
+    /// Where the direction meets the cube.
+    pub struct Out<V> {
+        /// Face 0…5.
+        pub face: V,
+        /// 1 where v_r was zero.
+        pub zero: V,
+        /// Mantissa of 1/|ma|.
+        pub inv_ma: V,
+        /// Its fraction bits in nominal scale.
+        pub inv_ma_frac: V,
+        /// u with the register's fraction bits.
+        pub u: V,
+        /// v with the register's fraction bits.
+        pub v: V,
+    }
+}
 
 /// Per face: (axis, negated) of sc, tc and ma, order +X −X +Y −Y +Z −Z.
 pub const FACES: [[(usize, bool); 3]; 6] = [
@@ -44,27 +97,34 @@ pub fn components(face: usize, d: [i64; 3]) -> [i64; 3] {
     FACES[face].map(|(axis, negative)| if negative { -d[axis] } else { d[axis] })
 }
 
-/// [`components`] of every lane, without a look-up that depends on the face.
+/// [`select`] of lanes.
 #[inline(always)]
-pub(crate) fn components_lanes<const N: usize>(
-    lanes: usize,
-    face: &[usize; N],
-    d: &Lanes<N, 3>,
-) -> Lanes<N, 3> {
-    let [mut sc, mut tc, mut ma] = [[0; N]; 3];
-    for i in 0..lanes.min(N) {
-        let [x, y, z] = take(d, i);
-        // All ones on the faces of an axis, and where |ma| is the negative component.
-        let negative = -i64::from(face[i] & 1 == 1);
-        let (on_x, on_y) = (-i64::from(face[i] < 2), -i64::from(face[i] & !1 == 2));
-        let on_z = !(on_x | on_y);
-        let flip = |value: i64, sign: i64| (value ^ sign) - sign;
-        ma[i] = flip((x & on_x) | (y & on_y) | (z & on_z), negative);
-        // sc: −z, z, x, x, x, −x; tc: −y, −y, z, −z, −y, −y.
-        sc[i] = flip((z & on_x) | (x & !on_x), (!negative & on_x) | (negative & on_z));
-        tc[i] = flip((z & on_y) | (y & !on_y), (negative & on_y) | !on_y);
-    }
+fn face_of<V: Vector>([x, y, z]: [V; 3]) -> V {
+    let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
+    let (on_z, on_y) = (!ax.gt(az) & !ay.gt(az), !ax.gt(ay));
+    let axis = on_z.select(x.like(4), on_y.select(x.like(2), x.like(0)));
+    let ma = on_z.select(z, on_y.select(y, x));
+    axis + ma.shr(x.like(63))
+}
+
+/// [`components`] of lanes, without a look-up that depends on the face.
+#[inline(always)]
+pub(crate) fn components_of<V: Vector>(face: V, [x, y, z]: [V; 3]) -> [V; 3] {
+    // All ones where |ma| is the negative component.
+    let (negative, none) = (-face.and(1), face.like(0));
+    let (on_x, on_z) = (face.like(2).gt(face), face.gt(face.like(3)));
+    let ma = flip(on_x.select(x, on_z.select(z, y)), negative);
+    // sc: −z, z, x, x, x, −x; tc: −y, −y, z, −z, −y, −y.
+    let sc = flip(on_x.select(z, x), on_x.select(!negative, on_z.select(negative, none)));
+    let on_y = !on_x & !on_z;
+    let tc = flip(on_y.select(z, y), on_y.select(negative, !none));
     [sc, tc, ma]
+}
+
+/// The negative where `sign` is all ones.
+#[inline(always)]
+fn flip<V: Vector>(value: V, sign: V) -> V {
+    (value ^ sign) - sign
 }
 
 /// The direction of (sc, tc, |ma|) on a face.
@@ -86,47 +146,6 @@ pub struct Cfg {
     inv_ma: Register,
     u: Register,
     v: Register,
-}
-
-/// The reflected direction.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Mantissas of v_r.
-    pub v_r: &'a Lanes<N, 3>,
-    /// Their fraction bits in nominal scale.
-    pub v_r_frac: &'a [i64; N],
-    /// Power of two of the nominal scale.
-    pub exp: &'a [i64; N],
-}
-
-/// Where the direction meets the cube.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// Face 0…5.
-    pub face: [usize; N],
-    /// Whether v_r was zero.
-    pub zero: [bool; N],
-    /// Mantissa of 1/|ma|.
-    pub inv_ma: [i64; N],
-    /// Its fraction bits in nominal scale.
-    pub inv_ma_frac: [i64; N],
-    /// u with the register's fraction bits.
-    pub u: [i64; N],
-    /// v with the register's fraction bits.
-    pub v: [i64; N],
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self {
-            face: [4; N],
-            zero: [false; N],
-            inv_ma: [0; N],
-            inv_ma_frac: [0; N],
-            u: [0; N],
-            v: [0; N],
-        }
-    }
 }
 
 impl Cfg {
@@ -153,58 +172,5 @@ impl Cfg {
     #[must_use]
     pub fn uv_frac(config: &Config) -> [i64; 2] {
         [frac(config, Reg::FaceU), frac(config, Reg::FaceV)]
-    }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn cube_face<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    roms: &Roms,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let exp = |i: usize| input.exp[i];
-    let (mut d, mut d_frac) = (*input.v_r, *input.v_r_frac);
-    if let Some(a) = &cfg.rotation {
-        let mut sum = [[0; N]; 3];
-        for (sum, row) in sum.iter_mut().zip(a) {
-            fill(lanes, sum, |i| dot::<T>(*row, take(input.v_r, i)));
-        }
-        let sum_frac = |i: usize| input.v_r_frac[i] + i64::from(ROTATION_FRAC);
-        let rotated = (&mut d, &mut d_frac);
-        sink.block(&cfg.rotated, &sum, sum_frac, exp, rotated);
-    }
-    for i in 0..lanes.min(N) {
-        out.face[i] = select(take(&d, i));
-    }
-    let [sc, tc, ma] = components_lanes(lanes, &out.face, &d);
-    for i in 0..lanes.min(N) {
-        out.zero[i] = ma[i] == 0;
-    }
-    sink.event(Event::FaceZero, &out.zero);
-    // ma = m · 2^e as an integer, so 1/|ma| = 2^(d_frac − e) / m.
-    let [mut m, mut e, mut y] = [[0; N]; 3];
-    mantissa(lanes, |i| ma[i].max(1), &mut m, &mut e);
-    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
-    for i in 0..lanes.min(N) {
-        y[i] = if ma[i] == 0 { 0 } else { y[i] };
-    }
-    let inv_frac = |i: usize| i64::from(PORT_FRAC) + e[i] - d_frac[i];
-    let inv = (array::from_mut(&mut out.inv_ma), &mut out.inv_ma_frac);
-    sink.block(&cfg.inv_ma, &[y], inv_frac, |i| -exp(i), inv);
-    for (q, side, uv) in [(&cfg.u, &sc, &mut out.u), (&cfg.v, &tc, &mut out.v)] {
-        let f = q.frac();
-        let one = 1i64 << f;
-        // |sc| ≤ |ma|: a table error must not leave the face.
-        let shift = Shift::new(lanes, q, |i| d_frac[i] + out.inv_ma_frac[i] - f);
-        let mut code = [0; N];
-        sink.shift_code(q, &shift, one, |i| mul::<T>(side[i], out.inv_ma[i]), &mut code);
-        fill(lanes, uv, |i| code[i].clamp(-one, one));
-        sink.put(q, 0, uv, |_| f);
     }
 }

@@ -5,14 +5,68 @@
 
 use alloc::vec::Vec;
 
-use super::{Lanes, Roms, bits, fits, frac, int};
+use lanes::{Mask as _, Vector};
+
+use super::{Roms, bits, eigen, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, Shift, each, mantissa, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::policy::{Count, FootprintPolicy};
 use crate::regs::{Reg, Register};
-use crate::tables::rom::PORT_FRAC;
-use crate::tap::Tap;
+use crate::tables::rom::{PORT_FRAC, mantissa};
+
+/// The stage: the ellipse's axes to its probe line.
+#[inline(always)]
+pub fn footprint<V: Vector>(
+    cfg: &Cfg,
+    roms: &Roms,
+    eigen: &eigen::Out<V>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let (length_frac, width_frac) = (cfg.length.frac(), cfg.width.frac());
+    let ([major, minor], none) = (eigen.lambda, eigen.exp.like(0));
+    // λ = code · 2^−scale.
+    let scale = none.like(cfg.lambda_frac) - eigen.exp;
+    let shift = scale.plus(1 - length_frac);
+    let length = sink.shifted(&cfg.length, 0, major.times(cfg.size), shift, none);
+    let shift = scale.plus(1 - width_frac);
+    let minor = sink.shift_code(&cfg.width, minor.times(cfg.size), shift, i64::MAX);
+    let cap = sink.code(&cfg.width, cfg.cap(length));
+    let width = minor.larger(cap).larger(none.like(1 << width_frac));
+    sink.tell(&cfg.width, 0, width, none.like(width_frac));
+
+    let common = length_frac.max(width_frac);
+    let count = cfg.count(length.up(common - length_frac), width.up(common - width_frac));
+
+    let (m, e) = mantissa(width.larger(none.like(1)));
+    let log = e.plus(-width_frac).up(PORT_FRAC.into()) + roms.log2.log2(m);
+    let lod = sink.put(&cfg.lod, 0, log.limit(0, cfg.last_level << PORT_FRAC), none);
+
+    let mut step = [none; 2];
+    for c in 0..2 {
+        let line = if cfg.rule.has_end_points() {
+            let exact = cfg.body(major, scale, width).mul_wide(eigen.axis[c]);
+            sink.put(&cfg.line_feline, c, exact, none)
+        } else {
+            let shift = scale.plus(cfg.axis_frac - cfg.line.frac());
+            sink.shifted(&cfg.line, c, major.mul(eigen.axis[c]), shift, none)
+        };
+        let product = line.mul(count.look_up(&cfg.inv_count[c]));
+        step[c] = sink.put(&cfg.step[c], c, product, none);
+    }
+    Out { count, lod, step }
+}
+
+in_lanes! {
+    /// The probe line.
+    pub struct Out<V> {
+        /// Probes.
+        pub count: V,
+        /// Level of detail with the register's fraction bits.
+        pub lod: V,
+        /// Half the spacing of the probes in (u, v).
+        pub step: [V; 2],
+    }
+}
 
 /// Largest face that the address registers are made for.
 pub const MAX_FACE: u32 = 1 << 15;
@@ -47,30 +101,6 @@ pub struct Cfg {
     two_over_n: i64,
     axis_frac: i64,
     lambda_frac: i64,
-}
-
-/// The ellipse's axes.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Output of `eigen`.
-    pub eigen: &'a super::eigen::Out<N>,
-}
-
-/// The probe line.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// Probes.
-    pub count: [i64; N],
-    /// Level of detail with the register's fraction bits.
-    pub lod: [i64; N],
-    /// Half the spacing of the probes in (u, v).
-    pub step: Lanes<N, 2>,
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self { count: [1; N], lod: [0; N], step: [[0; N]; 2] }
-    }
 }
 
 impl Cfg {
@@ -149,20 +179,16 @@ impl Cfg {
 
     /// M/max with eight guard bits and a sticky one, to be rounded by the register.
     #[inline(always)]
-    fn caps<const N: usize, T: Tap>(&self, lanes: usize, length: &[i64; N]) -> [i64; N] {
-        let (numerator, denominator) = (self.cap_numerator, self.cap_denominator);
-        if T::STANDARD && denominator.count_ones() == 1 {
-            // No register of such a unit wraps to a negative length.
-            let bits = denominator.ilog2();
-            return each(lanes, |i| {
-                let cap = (length[i] * numerator) << 8;
-                (cap >> bits) | i64::from(cap & (denominator - 1) != 0)
-            });
-        }
-        each(lanes, |i| {
-            let cap = (length[i] * numerator) << 8;
-            (cap / denominator) | i64::from(cap % denominator != 0)
-        })
+    fn cap<V: Vector>(&self, length: V) -> V {
+        let cap = length.mul_wide(length.like(self.cap_numerator)).up(8);
+        let denominator = self.cap_denominator;
+        // Only a register that wraps has a negative length.
+        let (quotient, rest) = if V::LEN > 1 && denominator.count_ones() == 1 {
+            (cap.down(denominator.ilog2().into()), cap.and(denominator - 1))
+        } else {
+            cap.div_rem(denominator)
+        };
+        quotient | rest.zero().select(cap.like(0), cap.like(1))
     }
 
     /// How often M exceeds the rule's multiples of m, plus one: the count before `pow2` rounds it.
@@ -170,12 +196,7 @@ impl Cfg {
     /// The condition for "more than n probes" is A·M > (B·n + C)·m, or ≥ where the rule has it; A and B
     /// are powers of two, so that the multiples are sums of shifted m.
     #[inline(always)]
-    fn counts<const N: usize>(
-        &self,
-        lanes: usize,
-        length: &[i64; N],
-        width: &[i64; N],
-    ) -> [i64; N] {
+    fn count<V: Vector>(&self, length: V, m: V) -> V {
         let (scale, per, offset, or_equal) = match self.rule {
             // M/m − 2⁻⁸ > n
             Count::Ceil | Count::Pow2 => (8, 8, 1, 0),
@@ -184,123 +205,32 @@ impl Cfg {
             // 2M/m − ½ ≥ n + 1
             Count::Feline => (2, 1, 3, 1),
         };
-        let mut out = [0; N];
-        for i in 0..lanes.min(N) {
-            let left = (length[i] << scale) + or_equal;
-            let m = width[i];
-            let (mut n, mut multiple) = (0, m + if offset == 3 { 2 * m } else { 0 });
-            for k in (0..6).rev() {
-                let (more, larger) = (n + (1 << k), multiple + (m << (per + k)));
-                let passed = more < self.max && left > larger;
-                n = if passed { more } else { n };
-                multiple = if passed { larger } else { multiple };
-            }
-            out[i] = n + 1;
+        let left = length.up(scale).plus(or_equal);
+        let (mut n, mut multiple) = (m.like(0), if offset == 3 { m + m.up(1) } else { m });
+        for k in (0..6).rev() {
+            let (more, larger) = (n.plus(1 << k), multiple + m.up(per + k));
+            let passed = m.like(self.max).gt(more) & left.gt(larger);
+            n = passed.select(more, n);
+            multiple = passed.select(larger, multiple);
         }
         if self.rule == Count::Pow2 {
-            for count in &mut out[..lanes] {
-                *count = count
-                    .cast_unsigned()
-                    .next_power_of_two()
-                    .cast_signed()
-                    .min(self.cap_denominator);
-            }
+            let power = m.like(1).shl(m.like(64) - n.leading_zeros());
+            return power.smaller(m.like(self.cap_denominator));
         }
-        out
+        n.plus(1)
     }
-}
 
-/// The stage.
-#[inline(always)]
-pub fn footprint<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    roms: &Roms,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let length_frac = cfg.length.frac();
-    let width_frac = cfg.width.frac();
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let ([major, minor], axis) = (&input.eigen.lambda, &input.eigen.axis);
-    // λ = code · 2^−scale.
-    let scale = |i: usize| cfg.lambda_frac - input.eigen.exp[i];
-    let shift = Shift::new(lanes, &cfg.length, |i| scale(i) + 1 - length_frac);
-    let product = |i: usize| mul::<T>(major[i], cfg.size);
-    let mut length = [0; N];
-    sink.shift(&cfg.length, 0, &shift, product, |_| 0, &mut length);
-    let shift = Shift::new(lanes, &cfg.width, |i| scale(i) + 1 - width_frac);
-    let product = |i: usize| mul::<T>(minor[i], cfg.size);
-    let mut minor = [0; N];
-    sink.shift_code(&cfg.width, &shift, i64::MAX, product, &mut minor);
-    let exact = cfg.caps::<N, T>(lanes, &length);
-    let mut caps = [0; N];
-    sink.code(&cfg.width, |i| exact[i], &mut caps);
-    let width = each(lanes, |i| minor[i].max(caps[i]).max(1 << width_frac));
-    sink.put(&cfg.width, 0, &width, |_| width_frac);
-
-    let common = length_frac.max(width_frac);
-    out.count = cfg.counts(
-        lanes,
-        &each(lanes, |i| length[i] << (common - length_frac)),
-        &each(lanes, |i| width[i] << (common - width_frac)),
-    );
-
-    let [mut m, mut e, mut log] = [[0; N]; 3];
-    mantissa(lanes, |i| width[i].max(1), &mut m, &mut e);
-    roms.log2.log2_lanes::<N, T>(lanes, &m, &mut log);
-    let most = cfg.last_level << PORT_FRAC;
-    let log = |i: usize| (((e[i] - width_frac) << PORT_FRAC) + log[i]).clamp(0, most);
-    sink.write(&cfg.lod, 0, log, |_| 0, &mut out.lod);
-
-    let lines = if cfg.rule.has_end_points() {
-        // 2(λ1 − m·2/N) in u, v; end points included.
-        let mut body = [0; N];
-        for i in 0..lanes.min(N) {
-            let width = (width[i] * cfg.two_over_n) >> width_frac;
-            body[i] = 2 * (line_code(major[i], scale(i)) - width).max(0);
-        }
-        let q = &cfg.line_feline;
-        let mut lines = [[0; N]; 2];
-        for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
-            sink.write(q, c, |i| body[i] * axis[i], |_| 0, line);
-        }
-        lines
-    } else {
-        let fixed = cfg.axis_frac - cfg.line.frac();
-        let shift = Shift::new(lanes, &cfg.line, |i| scale(i) + fixed);
-        let mut lines = [[0; N]; 2];
-        for (c, (line, axis)) in lines.iter_mut().zip(axis).enumerate() {
-            let product = |i: usize| mul::<T>(major[i], axis[i]);
-            sink.shift(&cfg.line, c, &shift, product, |_| 0, line);
-        }
-        lines
-    };
-    for (c, line) in lines.iter().enumerate() {
-        let mut inv = [0; N];
-        for (inv, count) in inv.iter_mut().zip(&out.count).take(lanes) {
-            let at = usize::try_from(*count).unwrap_or(0);
-            *inv = cfg.inv_count[c].get(at).copied().unwrap_or(0);
-        }
-        let product = |i: usize| mul::<T>(line[i], inv[i]);
-        sink.write(&cfg.step[c], c, product, |_| 0, &mut out.step[c]);
+    /// 2(λ1 − m·2/N) in u, v with 28 fraction bits, end points included; λ1 at most 2^9.
+    #[inline(always)]
+    fn body<V: Vector>(&self, lambda: V, scale: V, width: V) -> V {
+        let (down, zero, most) = (scale.plus(-INV_FRAC), lambda.like(0), 1 << (INV_FRAC + 9));
+        // Only a register that wraps makes λ1 negative.
+        let lambda = lambda.larger(zero);
+        let (right, left) = (down.limit(0, 62), (-down).larger(zero));
+        let room = lambda.larger(zero.like(1)).leading_zeros().plus(-1).gt(left);
+        let code = lambda.sra(right).shl(room.select(left, zero)).smaller(zero.like(most));
+        let code = (room | !left.gt(zero)).select(code, zero.like(most));
+        let width = width.times(self.two_over_n).down(self.width.frac());
+        (code - width).larger(zero).up(1)
     }
-}
-
-/// λ1 with 28 fraction bits, at most 2^9.
-#[inline(always)]
-fn line_code(lambda: i64, scale: i64) -> i64 {
-    let down = scale - INV_FRAC;
-    // Only a register that wraps makes λ1 negative.
-    let lambda = lambda.max(0);
-    let code = if down >= 0 {
-        lambda >> down.min(62)
-    } else if i64::from(lambda.max(1).leading_zeros()) - 1 > -down {
-        lambda << -down
-    } else {
-        i64::MAX
-    };
-    code.min(1 << (INV_FRAC + 9))
 }

@@ -5,13 +5,61 @@
 
 pub mod normal_derivative;
 
-use super::cube_face::components_lanes;
-use super::{Lanes, bits, block_frac, column, fits, frac, int, take};
+use lanes::Vector;
+
+use super::cube_face::{self, components_of};
+use super::{bits, block_frac, column, dot, fits, frac, int, reflect};
 use crate::config::{Config, ConfigError, ROTATION_FRAC};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, Shift, dot, each, mul, mul_wide};
+use crate::lanes::{Writes, in_lanes};
 use crate::regs::{Reg, Register};
-use crate::tap::Tap;
+use crate::unit::Inputs;
+
+/// The stage, from the derivative of the modified normal on.
+#[inline(always)]
+pub fn jacobian<V: Vector>(
+    cfg: &Cfg,
+    port: &Inputs<V>,
+    dn_mod: &[V; 6],
+    r: &reflect::Out<V>,
+    face: &cube_face::Out<V>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let (v, n) = (port.v, r.n);
+    let n_exp = port.n_exp + r.n_lift;
+    let (once, exp) = (n_exp + port.v_exp, n_exp.up(1) + port.v_exp);
+    let shift = face.inv_ma_frac.plus(cfg.numerator.frac() - cfg.d.frac());
+    let mut d = [exp; 4];
+    for col in 0..2 {
+        let (dv, dn) = (column(&port.dv, col), column(dn_mod, col));
+        let n_dv = sink.put(&cfg.n_dot_dv[col], col, dot(n, dv), once);
+        let v_dn = sink.put(&cfg.v_dot_dn, col, dot(v, dn), once);
+        let n_dn = sink.put(&cfg.n_dot_dn, col, dot(n, dn), n_exp.up(1));
+        let lift = cfg.lift[col];
+        let mut dv_r = n;
+        for c in 0..3 {
+            let sum = n[c].up(1).mul(n_dv).up(lift[0]) - r.n_dot_n.mul(dv[c]).up(lift[1])
+                + r.n_dot_v.up(1).mul(dn[c]).up(lift[2])
+                + v_dn.mul_wide(n[c].up(1)).up(lift[3])
+                - n_dn.mul_wide(v[c].up(1)).up(lift[4]);
+            dv_r[c] = sink.put(&cfg.dv_r[col], 3 * col + c, sum, exp);
+        }
+        let rows = cfg.project.numerators(sink, col, face, dv_r, exp);
+        for (row, sum) in rows.into_iter().enumerate() {
+            let c = 2 * row + col;
+            let numerator = sink.put(&cfg.numerator, c, sum, exp);
+            d[c] = sink.shifted(&cfg.d, c, numerator.mul(face.inv_ma), shift, exp.like(0));
+        }
+    }
+    Out { d }
+}
+
+in_lanes! {
+    /// D row by row.
+    pub struct Out<V> {
+        /// ∂u/∂x, ∂u/∂y, ∂v/∂x, ∂v/∂y.
+        pub d: [V; 4],
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -43,7 +91,7 @@ impl Project {
     /// [`Project::frac`] fraction bits.
     pub(crate) fn new(config: &Config, reg: Reg, numerator: Reg) -> Result<Self, ConfigError> {
         let dv_r = bits(config, reg);
-        let uv = super::cube_face::Cfg::uv_frac(config);
+        let uv = cube_face::Cfg::uv_frac(config);
         let common = uv[0].max(uv[1]);
         fits(numerator, dv_r + u32::try_from(common).unwrap_or(u32::MAX) + 2)?;
         if config.rotation.is_some() {
@@ -59,81 +107,46 @@ impl Project {
 
     /// Fraction bits of the numerators of derivatives with `dv_r_frac` fraction bits.
     pub(crate) fn frac(config: &Config, dv_r_frac: i64) -> i64 {
-        let uv = super::cube_face::Cfg::uv_frac(config);
+        let uv = cube_face::Cfg::uv_frac(config);
         dv_r_frac + uv[0].max(uv[1])
     }
 
     /// A·t, written to the register of t again; t as it is without a rotation.
     #[inline(always)]
-    pub(crate) fn rotate<const N: usize, T: Tap>(
+    fn rotate<V: Vector>(
         &self,
-        sink: &mut LaneSink<'_, N, T>,
+        sink: &mut impl Writes<V>,
         first: usize,
-        t: Lanes<N, 3>,
-        exponent: impl Fn(usize) -> i64 + Copy,
-    ) -> Lanes<N, 3> {
+        t: [V; 3],
+        exponent: V,
+    ) -> [V; 3] {
         let Some(a) = &self.rotation else { return t };
-        let mut out = [[0; N]; 3];
+        let mut out = t;
         for c in 0..3 {
-            let sum = |i: usize| dot::<T>(a[c], take(&t, i));
-            sink.write(&self.rotated, first + c, sum, exponent, &mut out[c]);
+            let sum = t[0].times(a[c][0]) + t[1].times(a[c][1]) + t[2].times(a[c][2]);
+            out[c] = sink.put(&self.rotated, first + c, sum, exponent);
         }
         out
     }
 
-    /// (∂sc − u·∂|ma|, ∂tc − v·∂|ma|); 0 where v_r is zero.
+    /// (∂sc − u·∂|ma|, ∂tc − v·∂|ma|) of column `col`; 0 where v_r is zero.
     #[inline(always)]
-    pub(crate) fn numerators<const N: usize, T: Tap>(
+    pub(crate) fn numerators<V: Vector>(
         &self,
-        lanes: usize,
-        face: &super::cube_face::Out<N>,
-        t: &Lanes<N, 3>,
-    ) -> Lanes<N, 2> {
-        let [sc, tc, ma] = components_lanes(lanes, &face.face, t);
-        let one_bits = self.one_bits;
-        let mut out = [[0; N]; 2];
-        for (out, (side, at, lift)) in
-            out.iter_mut().zip([(sc, &face.u, self.uv_lift[0]), (tc, &face.v, self.uv_lift[1])])
-        {
-            *out = each(lanes, |i| {
-                let keep = i64::from(face.zero[i]) - 1;
-                // The negative of the most negative code has a bit more.
-                ((side[i] << one_bits) - (mul_wide::<T>(ma[i], at[i]) << lift)) & keep
-            });
-        }
-        out
-    }
-}
-
-/// The inputs of the stage.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Mantissas of v.
-    pub v: &'a Lanes<N, 3>,
-    /// Power of two of v.
-    pub v_exp: &'a [i64; N],
-    /// Power of two of the interpolated normal.
-    pub n_exp: &'a [i64; N],
-    /// ∂v/∂x then ∂v/∂y, shifted with v.
-    pub dv: &'a Lanes<N, 6>,
-    /// ∂n_mod/∂x then ∂n_mod/∂y, shifted with n_mod.
-    pub dn_mod: &'a Lanes<N, 6>,
-    /// Output of `reflect`.
-    pub reflect: &'a super::reflect::Out<N>,
-    /// Output of `cube_face`.
-    pub face: &'a super::cube_face::Out<N>,
-}
-
-/// D row by row.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// ∂u/∂x, ∂u/∂y, ∂v/∂x, ∂v/∂y.
-    pub d: Lanes<N, 4>,
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self { d: [[0; N]; 4] }
+        sink: &mut impl Writes<V>,
+        col: usize,
+        face: &cube_face::Out<V>,
+        dv_r: [V; 3],
+        exponent: V,
+    ) -> [V; 2] {
+        let t = self.rotate(sink, 3 * col, dv_r, exponent);
+        let [sc, tc, ma] = components_of(face.face, t);
+        let keep = face.zero.plus(-1);
+        // The negative of the most negative code has a bit more.
+        [
+            (sc.up(self.one_bits) - ma.mul_wide(face.u).up(self.uv_lift[0])) & keep,
+            (tc.up(self.one_bits) - ma.mul_wide(face.v).up(self.uv_lift[1])) & keep,
+        ]
     }
 }
 
@@ -185,73 +198,5 @@ impl Cfg {
             numerator: q(Reg::JacNumerator, Project::frac(config, f(Reg::JacDvr))),
             d: q(Reg::JacD, 0),
         })
-    }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn jacobian<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let fixed = cfg.numerator.frac() - cfg.d.frac();
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let shift = Shift::new(lanes, &cfg.d, |i| fixed + input.face.inv_ma_frac[i]);
-    let (r, face) = (input.reflect, input.face);
-    let (v, n) = (input.v, &r.n);
-    let v_exp = input.v_exp;
-    let n_exp = |i: usize| input.n_exp[i] + r.n_lift[i];
-    let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
-    for col in 0..2 {
-        let (dv, dn) = (column(input.dv, col), column(input.dn_mod, col));
-        let mut n_dv = [0; N];
-        sink.write(
-            &cfg.n_dot_dv[col],
-            col,
-            |i| dot::<T>(take(n, i), take(dv, i)),
-            |i| n_exp(i) + v_exp[i],
-            &mut n_dv,
-        );
-        let mut v_dn = [0; N];
-        sink.write(
-            &cfg.v_dot_dn,
-            col,
-            |i| dot::<T>(take(v, i), take(dn, i)),
-            |i| n_exp(i) + v_exp[i],
-            &mut v_dn,
-        );
-        let mut n_dn = [0; N];
-        sink.write(
-            &cfg.n_dot_dn,
-            col,
-            |i| dot::<T>(take(n, i), take(dn, i)),
-            |i| 2 * n_exp(i),
-            &mut n_dn,
-        );
-        let lift = cfg.lift[col];
-        let mut dv_r = [[0; N]; 3];
-        for c in 0..3 {
-            let sum = |i: usize| {
-                (mul::<T>(2 * n[c][i], n_dv[i]) << lift[0])
-                    - (mul::<T>(r.n_dot_n[i], dv[c][i]) << lift[1])
-                    + (mul::<T>(2 * r.n_dot_v[i], dn[c][i]) << lift[2])
-                    + (mul_wide::<T>(v_dn[i], 2 * n[c][i]) << lift[3])
-                    - (mul_wide::<T>(n_dn[i], 2 * v[c][i]) << lift[4])
-            };
-            sink.write(&cfg.dv_r[col], 3 * col + c, sum, exp, &mut dv_r[c]);
-        }
-        let t = cfg.project.rotate(&mut sink, 3 * col, dv_r, exp);
-        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
-        for (row, sum) in rows.iter().enumerate() {
-            let c = 2 * row + col;
-            let mut numerator = [0; N];
-            sink.write(&cfg.numerator, c, |i| sum[i], exp, &mut numerator);
-            let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            sink.shift(&cfg.d, c, &shift, quotient, |_| 0, &mut out.d[c]);
-        }
     }
 }

@@ -1,11 +1,57 @@
 //! `reflect`: v_r = 2n⟨n,v⟩ − v⟨n,n⟩ (Schilling, eq. 4). Nothing is normalised to unit length.
 
-use super::{Lanes, bits, block_frac, fits, frac, int, take};
+use lanes::Vector;
+
+use super::{bits, block_frac, dot, fits, frac, int};
 use crate::config::{Config, ConfigError};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, dot, fill, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::regs::{Reg, Register};
-use crate::tap::Tap;
+use crate::unit::Inputs;
+
+/// The stage. `n` is normalised where it comes as codes with `n_frac` fraction bits.
+#[inline(always)]
+pub fn reflect<V: Vector>(
+    cfg: &Cfg,
+    port: &Inputs<V>,
+    n: [V; 3],
+    n_frac: Option<i64>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let (v, v_exp) = (port.v, port.v_exp);
+    let (mut n, mut n_lift) = (n, v_exp.like(0));
+    if let Some(n_frac) = n_frac {
+        let (m, frac) = sink.normal(&cfg.n, &n, v_exp.like(n_frac), port.n_exp);
+        (n, n_lift) = (m, v_exp.like(cfg.n_frac) - frac);
+    }
+    let n_exp = port.n_exp + n_lift;
+    let n_dot_v = sink.put(&cfg.n_dot_v, 0, dot(n, v), n_exp + v_exp);
+    let n_dot_n = sink.put(&cfg.n_dot_n, 0, dot(n, n), n_exp.up(1));
+    let mut sum = n;
+    for c in 0..3 {
+        sum[c] = n[c].up(1).mul(n_dot_v).up(cfg.lift[0]) - v[c].mul(n_dot_n).up(cfg.lift[1]);
+    }
+    let exact_frac = v_exp.like(cfg.exact_frac);
+    let (v_r, v_r_frac) = sink.normal(&cfg.v_r, &sum, exact_frac, n_exp.up(1) + v_exp);
+    Out { n, n_lift, n_dot_v, n_dot_n, v_r, v_r_frac }
+}
+
+in_lanes! {
+    /// The reflected direction and what later stages need again.
+    pub struct Out<V> {
+        /// Mantissas of the normal that reflects, its largest component in [1, 2).
+        pub n: [V; 3],
+        /// n_mod = nominal · 2^(n_exp + n_lift).
+        pub n_lift: V,
+        /// ⟨n, v⟩ in nominal scale.
+        pub n_dot_v: V,
+        /// ⟨n, n⟩ in nominal scale.
+        pub n_dot_n: V,
+        /// Mantissas of v_r.
+        pub v_r: [V; 3],
+        /// Fraction bits of v_r in nominal scale.
+        pub v_r_frac: V,
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -20,51 +66,6 @@ pub struct Cfg {
     n_frac: i64,
     lift: [i64; 2],
     exact_frac: i64,
-}
-
-/// v and n as mantissas, each with its power of two.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Mantissas of v.
-    pub v: &'a Lanes<N, 3>,
-    /// Power of two of v.
-    pub v_exp: &'a [i64; N],
-    /// Mantissas of n, or codes of n_mod.
-    pub n: &'a Lanes<N, 3>,
-    /// Power of two of the interpolated normal.
-    pub n_exp: &'a [i64; N],
-    /// Fraction bits of n_mod's codes; `None` where n comes normalised from its port.
-    pub n_mod_frac: Option<i64>,
-}
-
-/// The reflected direction and what later stages need again.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// Mantissas of the normal that reflects, its largest component in [1, 2).
-    pub n: Lanes<N, 3>,
-    /// n_mod = nominal · 2^(n_exp + n_lift).
-    pub n_lift: [i64; N],
-    /// ⟨n, v⟩ in nominal scale.
-    pub n_dot_v: [i64; N],
-    /// ⟨n, n⟩ in nominal scale.
-    pub n_dot_n: [i64; N],
-    /// Mantissas of v_r.
-    pub v_r: Lanes<N, 3>,
-    /// Fraction bits of v_r in nominal scale.
-    pub v_r_frac: [i64; N],
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self {
-            n: [[0; N]; 3],
-            n_lift: [0; N],
-            n_dot_v: [0; N],
-            n_dot_n: [0; N],
-            v_r: [[0; N]; 3],
-            v_r_frac: [0; N],
-        }
-    }
 }
 
 impl Cfg {
@@ -92,55 +93,4 @@ impl Cfg {
             exact_frac: common,
         })
     }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn reflect<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let (v, v_exp) = (input.v, input.v_exp);
-    if let Some(n_frac) = input.n_mod_frac {
-        let n_exp = |i: usize| input.n_exp[i];
-        let mut frac = [0; N];
-        let block = (&mut out.n, &mut frac);
-        sink.block(&cfg.n, input.n, |_| n_frac, n_exp, block);
-        fill(lanes, &mut out.n_lift, |i| cfg.n_frac - frac[i]);
-    } else {
-        out.n = *input.n;
-        out.n_lift = [0; N];
-    }
-    let (n, n_lift) = (&out.n, &out.n_lift);
-    let n_exp = |i: usize| input.n_exp[i] + n_lift[i];
-    sink.write(
-        &cfg.n_dot_v,
-        0,
-        |i| dot::<T>(take(n, i), take(v, i)),
-        |i| n_exp(i) + v_exp[i],
-        &mut out.n_dot_v,
-    );
-    sink.write(
-        &cfg.n_dot_n,
-        0,
-        |i| dot::<T>(take(n, i), take(n, i)),
-        |i| 2 * n_exp(i),
-        &mut out.n_dot_n,
-    );
-    let (n_dot_v, n_dot_n) = (&out.n_dot_v, &out.n_dot_n);
-    let lift = cfg.lift;
-    let mut sum = [[0; N]; 3];
-    for (sum, (n, v)) in sum.iter_mut().zip(n.iter().zip(v)) {
-        fill(lanes, sum, |i| {
-            (mul::<T>(2 * n[i], n_dot_v[i]) << lift[0]) - (mul::<T>(v[i], n_dot_n[i]) << lift[1])
-        });
-    }
-    let exp = |i: usize| 2 * n_exp(i) + v_exp[i];
-    let block = (&mut out.v_r, &mut out.v_r_frac);
-    sink.block(&cfg.v_r, &sum, |_| cfg.exact_frac, exp, block);
 }

@@ -2,13 +2,69 @@
 //!
 //! B = [d1 d2; 0 d3] comes from the roughness pyramid in units of |n|. s is `roughness.scale`.
 
+use lanes::Vector;
+
 use super::jacobian::Project;
-use super::{Lanes, bits, block_frac, fits, frac, int, take};
+use super::{bits, block_frac, cube_face, dot, fits, frac, int, local_frame, reflect};
 use crate::config::{Config, ConfigError, SCALE_FRAC};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, Shift, dot, mul};
+use crate::lanes::{Writes, in_lanes};
 use crate::regs::{Reg, Register};
-use crate::tap::Tap;
+use crate::unit::Inputs;
+
+/// The stage.
+#[inline(always)]
+pub fn roughness<V: Vector>(
+    cfg: &Cfg,
+    port: &Inputs<V>,
+    frame: &local_frame::Out<V>,
+    r: &reflect::Out<V>,
+    face: &cube_face::Out<V>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let (v, n) = (port.v, r.n);
+    let (v_exp, e_exp) = (port.v_exp, port.n_exp);
+    let n_exp = e_exp + r.n_lift;
+    let (exp, none) = (n_exp + v_exp + e_exp, n_exp.like(0));
+    let mut scaled = port.d;
+    for (c, d) in scaled.iter_mut().enumerate() {
+        *d = sink.put(&cfg.d_scaled, c, d.times(cfg.scale), none);
+    }
+    // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
+    let shift = (face.inv_ma_frac + r.n_lift).plus(cfg.numerator.frac() - cfg.e.frac());
+    let mut e_uv = [none; 4];
+    for (col, e) in [frame.e1, frame.e2].into_iter().enumerate() {
+        let v_e = sink.put(&cfg.v_dot_e[col], col, dot(v, e), v_exp + e_exp);
+        let n_e = sink.put(&cfg.n_dot_e[col], col, dot(n, e), n_exp + e_exp);
+        let lift = cfg.lift[col];
+        let mut dv_r = e;
+        for c in 0..3 {
+            let sum = r.n_dot_v.up(1).mul(e[c]).up(lift[0]) + n[c].up(1).mul(v_e).up(lift[1])
+                - v[c].up(1).mul(n_e).up(lift[2]);
+            dv_r[c] = sink.put(&cfg.dv_r[col], 3 * col + c, sum, exp);
+        }
+        let rows = cfg.project.numerators(sink, col, face, dv_r, exp);
+        for (row, sum) in rows.into_iter().enumerate() {
+            let c = 2 * row + col;
+            let numerator = sink.put(&cfg.numerator, c, sum, exp);
+            e_uv[c] = sink.shifted(&cfg.e, c, numerator.mul(face.inv_ma), shift, none);
+        }
+    }
+    let [e11, e12, e21, e22] = e_uv;
+    let [d1, d2, d3] = scaled;
+    let mut b = [e11.mul(d1), e11.mul(d2) + e12.mul(d3), e21.mul(d1), e21.mul(d2) + e22.mul(d3)];
+    for (c, b) in b.iter_mut().enumerate() {
+        *b = sink.put(&cfg.b, c, *b, none);
+    }
+    Out { b }
+}
+
+in_lanes! {
+    /// s·B' row by row.
+    pub struct Out<V> {
+        /// b11, b12, b21, b22.
+        pub b: [V; 4],
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -25,40 +81,6 @@ pub struct Cfg {
     numerator: Register,
     e: Register,
     b: Register,
-}
-
-/// The inputs of the stage.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// Mantissas of v.
-    pub v: &'a Lanes<N, 3>,
-    /// Power of two of v.
-    pub v_exp: &'a [i64; N],
-    /// Power of two of the interpolated normal.
-    pub n_exp: &'a [i64; N],
-    /// First tangent vector.
-    pub e1: &'a Lanes<N, 3>,
-    /// Second tangent vector.
-    pub e2: &'a Lanes<N, 3>,
-    /// d1, d2, d3.
-    pub d: &'a Lanes<N, 3>,
-    /// Output of `reflect`.
-    pub reflect: &'a super::reflect::Out<N>,
-    /// Output of `cube_face`.
-    pub face: &'a super::cube_face::Out<N>,
-}
-
-/// s·B' row by row.
-#[derive(Clone, Debug)]
-pub struct Out<const N: usize> {
-    /// b11, b12, b21, b22.
-    pub b: Lanes<N, 4>,
-}
-
-impl<const N: usize> Default for Out<N> {
-    fn default() -> Self {
-        Self { b: [[0; N]; 4] }
-    }
 }
 
 impl Cfg {
@@ -104,76 +126,4 @@ impl Cfg {
             b: q(Reg::RoughB, f(Reg::RoughE) + f(Reg::RoughScaled)),
         })
     }
-}
-
-/// The stage.
-#[inline(always)]
-pub fn roughness<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    input: In<'_, N>,
-    out: &mut Out<N>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let fixed = cfg.numerator.frac() - cfg.e.frac();
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let (r, face) = (input.reflect, input.face);
-    let (v, n) = (input.v, &r.n);
-    let (v_exp, e_exp) = (input.v_exp, input.n_exp);
-    let n_exp = |i: usize| e_exp[i] + r.n_lift[i];
-    let exp = |i: usize| n_exp(i) + v_exp[i] + e_exp[i];
-
-    let mut scaled = [[0; N]; 3];
-    for (c, (scaled, d)) in scaled.iter_mut().zip(input.d).enumerate() {
-        let product = |i: usize| mul::<T>(d[i], cfg.scale);
-        sink.write(&cfg.d_scaled, c, product, |_| 0, scaled);
-    }
-    // G holds 1/|n_mod|², J_n one |n_mod|, e one |n|: one factor 2^−n_lift is left.
-    let shift = Shift::new(lanes, &cfg.e, |i| fixed + face.inv_ma_frac[i] + r.n_lift[i]);
-    let mut e_uv = [[0; N]; 4];
-    for (col, e) in [input.e1, input.e2].into_iter().enumerate() {
-        let mut v_e = [0; N];
-        sink.write(
-            &cfg.v_dot_e[col],
-            col,
-            |i| dot::<T>(take(v, i), take(e, i)),
-            |i| v_exp[i] + e_exp[i],
-            &mut v_e,
-        );
-        let mut n_e = [0; N];
-        sink.write(
-            &cfg.n_dot_e[col],
-            col,
-            |i| dot::<T>(take(n, i), take(e, i)),
-            |i| n_exp(i) + e_exp[i],
-            &mut n_e,
-        );
-        let lift = cfg.lift[col];
-        let mut dv_r = [[0; N]; 3];
-        for c in 0..3 {
-            let sum = |i: usize| {
-                (mul::<T>(2 * r.n_dot_v[i], e[c][i]) << lift[0])
-                    + (mul::<T>(2 * n[c][i], v_e[i]) << lift[1])
-                    - (mul::<T>(2 * v[c][i], n_e[i]) << lift[2])
-            };
-            sink.write(&cfg.dv_r[col], 3 * col + c, sum, exp, &mut dv_r[c]);
-        }
-        let t = cfg.project.rotate(&mut sink, 3 * col, dv_r, exp);
-        let rows = cfg.project.numerators::<N, T>(lanes, face, &t);
-        for (row, sum) in rows.iter().enumerate() {
-            let c = 2 * row + col;
-            let mut numerator = [0; N];
-            sink.write(&cfg.numerator, c, |i| sum[i], exp, &mut numerator);
-            let quotient = |i: usize| mul::<T>(numerator[i], face.inv_ma[i]);
-            sink.shift(&cfg.e, c, &shift, quotient, |_| 0, &mut e_uv[c]);
-        }
-    }
-    let [e11, e12, e21, e22] = &e_uv;
-    let [d1, d2, d3] = &scaled;
-    let b = &cfg.b;
-    sink.write(b, 0, |i| mul::<T>(e11[i], d1[i]), |_| 0, &mut out.b[0]);
-    sink.write(b, 1, |i| mul::<T>(e11[i], d2[i]) + mul::<T>(e12[i], d3[i]), |_| 0, &mut out.b[1]);
-    sink.write(b, 2, |i| mul::<T>(e21[i], d1[i]), |_| 0, &mut out.b[2]);
-    sink.write(b, 3, |i| mul::<T>(e21[i], d2[i]) + mul::<T>(e22[i], d3[i]), |_| 0, &mut out.b[3]);
 }

@@ -6,16 +6,16 @@
 
 use alloc::vec::Vec;
 
+use lanes::{Mask as _, Vector};
+
 use super::contents::sin_cos;
 use super::rom::{PORT_FRAC, TableSpec};
-use crate::lanes::mul_unsigned;
 use crate::policy::Placement;
-use crate::tap::Tap;
 
 /// Fraction bits of the boundary constants.
 pub const BOUNDARY_FRAC: u32 = 28;
 
-/// Most boundaries that all lanes are compared with; more are searched lane by lane.
+/// Most boundaries that all lanes are compared with; more are searched.
 const MOST_COUNTED: usize = 64;
 
 /// The angle table.
@@ -27,21 +27,28 @@ pub struct AngleRom {
     pub placement: Placement,
     /// (cos α, sin α) of each bin's entry, ascending, with `spec.frac` bits; with order 1 one more, the
     /// neighbour of the last bin's. Below 0° with order 1 and centres: the first entry's mirror image.
-    pub angles: Vec<(i64, i64)>,
+    pub angles: Vec<[i64; 2]>,
     /// (cos θ, sin θ) of the boundaries θ of |2α|, ascending, with `BOUNDARY_FRAC` bits: midway
     /// between the entries (order 0) or at the entries (order 1).
-    pub boundaries: Vec<(i64, i64)>,
+    pub boundaries: Vec<[i64; 2]>,
     /// (cos 2α, sin 2α) of each bin's entry, with `BOUNDARY_FRAC` bits, for order 1.
-    pub doubled: Vec<(i64, i64)>,
+    pub doubled: Vec<[i64; 2]>,
     /// cot of the step of 2α between entries, for order 1, with `BOUNDARY_FRAC` − 8 bits.
     pub cot_step: i64,
 }
 
+/// The pair at these places; zeros beyond the table.
+#[inline(always)]
+pub(crate) fn pair<V: Vector>(table: &[[i64; 2]], at: V) -> [V; 2] {
+    let (table, at) = (table.as_flattened(), at.up(1));
+    [at.look_up(table), at.plus(1).look_up(table)]
+}
+
 /// (cos, sin) of π·k/q for |k|/q ≤ ½.
-fn circle(k: i32, q: u32, frac: u32) -> Option<(i64, i64)> {
+fn circle(k: i32, q: u32, frac: u32) -> Option<[i64; 2]> {
     let p = k.unsigned_abs();
     let sin = sin_cos(p, q, false, frac)?;
-    Some((sin_cos(p, q, true, frac)?, if k < 0 { -sin } else { sin }))
+    Some([sin_cos(p, q, true, frac)?, if k < 0 { -sin } else { sin }])
 }
 
 impl AngleRom {
@@ -68,7 +75,7 @@ impl AngleRom {
         let stored = if spec.order == 0 { bins } else { bins + 1 };
         let doubled = |bin: i32| circle(2 * bin + entry, 2 * n, BOUNDARY_FRAC);
         // tan of the step 2·90°/n = π/n; n = 2 has one bin of 90°, whose cotangent is 0.
-        let (c, s) = circle(1, n, BOUNDARY_FRAC)?;
+        let [c, s] = circle(1, n, BOUNDARY_FRAC)?;
         Some(Self {
             spec,
             placement,
@@ -85,50 +92,28 @@ impl AngleRom {
 
     /// How many boundaries |2b|/|c − a| has passed: the index of the entry. Both < 2^33.
     ///
-    /// A ratio exactly on a boundary (as its constants are rounded) belongs to the lower entry.
+    /// A ratio exactly on a boundary (as its constants are rounded) belongs to the lower entry. The boundaries
+    /// ascend, so that counting those that were passed gives the same as a search for the last one.
     #[inline(always)]
     #[must_use]
-    pub fn index(&self, two_b: i64, c_minus_a: i64) -> usize {
-        let mut low = 0;
-        let mut size = self.boundaries.len();
-        while size > 0 {
-            let half = size / 2;
-            let (cos, sin) = self.boundaries.get(low + half).copied().unwrap_or((0, 1));
-            let passed = two_b * cos > c_minus_a * sin;
-            if passed {
-                low += half + 1;
-                size -= half + 1;
-            } else {
-                size = half;
+    pub fn index<V: Vector>(&self, two_b: V, c_minus_a: V) -> V {
+        let mut low = two_b.like(0);
+        if self.boundaries.len() <= MOST_COUNTED {
+            for [cos, sin] in &self.boundaries {
+                let (cos, sin) = (low.like(*cos), low.like(*sin));
+                let passed = two_b.mul_unsigned(cos).gt(c_minus_a.mul_unsigned(sin));
+                low = passed.select(low.plus(1), low);
             }
+            return low;
+        }
+        for bit in (0..=self.boundaries.len().ilog2()).rev() {
+            let more = low.plus(1 << bit);
+            // Beyond the last boundary there are zeros, which nothing passes.
+            let [cos, sin] = pair(&self.boundaries, more.plus(-1));
+            let passed = two_b.mul_unsigned(cos).gt(c_minus_a.mul_unsigned(sin));
+            low = passed.select(more, low);
         }
         low
-    }
-
-    /// [`AngleRom::index`] of every lane. The boundaries ascend, so that counting those that were passed
-    /// gives the same.
-    #[inline(always)]
-    pub(crate) fn indices<const N: usize, T: Tap>(
-        &self,
-        n: usize,
-        two_b: &[i64; N],
-        c_minus_a: &[i64; N],
-    ) -> [usize; N] {
-        let mut out = [0; N];
-        if self.boundaries.len() > MOST_COUNTED {
-            for (i, out) in out.iter_mut().enumerate().take(n) {
-                *out = self.index(two_b[i], c_minus_a[i]);
-            }
-            return out;
-        }
-        for (cos, sin) in &self.boundaries {
-            for i in 0..n.min(N) {
-                let passed =
-                    mul_unsigned::<T>(two_b[i], *cos) > mul_unsigned::<T>(c_minus_a[i], *sin);
-                out[i] += usize::from(passed);
-            }
-        }
-        out
     }
 
     /// Fraction bits of a looked-up value: an entry's, and 30 more where entries are interpolated.

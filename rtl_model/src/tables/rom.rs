@@ -1,8 +1,8 @@
 //! Tables over one or two binades: address, interpolation, Newton steps.
 
-mod lanes;
-
 use alloc::vec::Vec;
+
+use lanes::Vector;
 
 use super::contents;
 
@@ -93,28 +93,26 @@ impl Rom {
         u64::try_from(self.values.len()).unwrap_or(u64::MAX) * u64::from(self.spec.frac + 1)
     }
 
-    /// The interpolated value for `t` in [0, 1) of a binade, `PORT_FRAC` bits in and out.
+    /// The interpolated values for `t` in [0, 1) of the binade whose run starts at `base`, `PORT_FRAC` bits in and out.
     #[inline(always)]
-    fn interpolate(&self, binade: usize, t: i64) -> i64 {
+    fn interpolate<V: Vector>(&self, base: V, t: V) -> V {
         let rest_bits = P - self.log_intervals;
-        let interval = to_index(t >> rest_bits);
+        let (interval, rest) = (t.down(rest_bits), t.and((1 << rest_bits) - 1));
         let lift = P - i64::from(self.spec.frac);
-        let base = binade * self.run;
-        let at = |k: usize| self.values.get(base + k).copied().unwrap_or(0);
         match self.spec.order {
-            0 => at(interval) << lift,
+            0 => (base + interval).look_up(&self.values).up(lift),
             1 => {
-                let r = t & ((1 << rest_bits) - 1);
-                let (a, b) = (at(interval), at(interval + 1));
-                shift_round((a << rest_bits) + (b - a) * r, rest_bits - lift)
+                let k = base + interval;
+                let (a, b) = (k.look_up(&self.values), k.plus(1).look_up(&self.values));
+                shift_round(a.up(rest_bits) + (b - a).mul(rest), rest_bits - lift)
             }
             _ => {
-                let r = (t & ((1 << rest_bits) - 1)) << self.log_intervals;
-                let k = 2 * interval;
-                let (a, m, b) = (at(k), at(k + 1), at(k + 2));
-                let square = (r * r) >> P;
-                let sum = (a << P) + (4 * m - 3 * a - b) * r + (2 * a - 4 * m + 2 * b) * square;
-                shift_round(sum, P - lift)
+                let (k, r) = (base + interval.up(1), rest.up(self.log_intervals));
+                let (a, m) = (k.look_up(&self.values), k.plus(1).look_up(&self.values));
+                let b = k.plus(2).look_up(&self.values);
+                let square = r.mul(r).down(P);
+                let (first, second) = (m.up(2) - a.up(1) - a - b, (a - m.up(1) + b).up(1));
+                shift_round(a.up(P) + first.mul(r) + second.mul(square), P - lift)
             }
         }
     }
@@ -122,11 +120,11 @@ impl Rom {
     /// 1/x for x in [1, 2) with `PORT_FRAC` bits; result in (½, 1].
     #[inline(always)]
     #[must_use]
-    pub fn recip(&self, x: i64) -> i64 {
-        let mut y = self.interpolate(0, x - ONE);
+    pub fn recip<V: Vector>(&self, x: V) -> V {
+        let mut y = self.interpolate(x.like(0), x.plus(-ONE));
         for _ in 0..self.spec.newton {
-            let e = 2 * ONE - shift_round(x * y, P);
-            y = shift_round(y * e, P);
+            let e = x.like(2 * ONE) - shift_round(x.mul_unsigned(y), P);
+            y = shift_round(y.mul_unsigned(e), P);
         }
         y
     }
@@ -134,11 +132,12 @@ impl Rom {
     /// 1/√x for x in [1, 4) with `PORT_FRAC` bits; result in (½, 1].
     #[inline(always)]
     #[must_use]
-    pub fn rsqrt(&self, x: i64) -> i64 {
+    pub fn rsqrt<V: Vector>(&self, x: V) -> V {
         let mut y = self.two_binades(x);
         for _ in 0..self.spec.newton {
-            let e = 3 * ONE - shift_round(x * shift_round(y * y, P), P);
-            y = shift_round(y * e, P + 1);
+            let square = shift_round(y.mul_unsigned(y), P);
+            let e = x.like(3 * ONE) - shift_round(x.mul_unsigned(square), P);
+            y = shift_round(y.mul_unsigned(e), P + 1);
         }
         y
     }
@@ -147,13 +146,13 @@ impl Rom {
     /// through `rsqrt`.
     #[inline(always)]
     #[must_use]
-    pub fn sqrt(&self, x: i64, rsqrt: &Self) -> i64 {
+    pub fn sqrt<V: Vector>(&self, x: V, rsqrt: &Self) -> V {
         let mut y = self.two_binades(x);
         if self.spec.newton > 0 {
             let r = rsqrt.rsqrt(x);
             for _ in 0..self.spec.newton {
-                let rest = x - shift_round(y * y, P);
-                y += shift_round(rest * r, P + 1);
+                let rest = x - shift_round(y.mul_unsigned(y), P);
+                y = y + shift_round(rest.mul(r), P + 1);
             }
         }
         y
@@ -162,47 +161,40 @@ impl Rom {
     /// log2 x for x in [1, 2) with `PORT_FRAC` bits; result in [0, 1].
     #[inline(always)]
     #[must_use]
-    pub fn log2(&self, x: i64) -> i64 {
-        self.interpolate(0, x - ONE)
+    pub fn log2<V: Vector>(&self, x: V) -> V {
+        self.interpolate(x.like(0), x.plus(-ONE))
     }
 
     #[inline(always)]
-    fn two_binades(&self, x: i64) -> i64 {
-        if x < 2 * ONE { self.interpolate(0, x - ONE) } else { self.interpolate(1, (x >> 1) - ONE) }
+    fn two_binades<V: Vector>(&self, x: V) -> V {
+        let upper = x.down(P + 1);
+        let run = x.like(i64::try_from(self.run).unwrap_or(0));
+        self.interpolate(-upper & run, x.sra(upper).plus(-ONE))
     }
 }
 
 /// x·2^−shift to nearest, ties up; the table ports' internal rounding. Shift ≥ 0.
 #[inline(always)]
-fn shift_round(x: i64, shift: i64) -> i64 {
+fn shift_round<V: Vector>(x: V, shift: i64) -> V {
     if shift <= 0 {
-        return x << -shift;
+        return x.up(-shift);
     }
-    (x + (1 << (shift - 1))) >> shift
-}
-
-/// A table index; never negative by construction.
-#[inline(always)]
-fn to_index(x: i64) -> usize {
-    usize::try_from(x).unwrap_or(0)
+    x.plus(1 << (shift - 1)).down(shift)
 }
 
 /// A positive integer as mantissa in [1, 2) with `PORT_FRAC` bits and its power of two:
 /// x = m · 2^e. Bits below 2^−30 of the mantissa are dropped.
 #[inline(always)]
 #[must_use]
-pub fn mantissa(x: i64) -> (i64, i64) {
-    let e = 63 - i64::from(x.leading_zeros());
-    let m = if e > P { x >> (e - P) } else { x << (P - e) };
-    (m, e)
+pub fn mantissa<V: Vector>(x: V) -> (V, V) {
+    let zeros = x.leading_zeros();
+    (x.shl(zeros).shr(x.like(63 - P)), x.like(63) - zeros)
 }
 
 /// A positive integer as m·4^q, m in [1, 4) with `PORT_FRAC` bits.
 #[inline(always)]
 #[must_use]
-pub fn mantissa4(x: i64) -> (i64, i64) {
-    let q = (63 - i64::from(x.leading_zeros())) >> 1;
-    let s = 2 * q - P;
-    let m = if s > 0 { x >> s } else { x << -s };
-    (m, q)
+pub fn mantissa4<V: Vector>(x: V) -> (V, V) {
+    let q = (x.like(63) - x.leading_zeros()).down(1);
+    (x.shl(x.like(62) - q.up(1)).shr(x.like(62 - P)), q)
 }

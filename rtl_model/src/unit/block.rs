@@ -2,8 +2,10 @@
 
 use super::steps::StepFlags;
 use crate::fx::Flags;
+use crate::lanes::in_lanes;
+use crate::stages::jacobian::normal_derivative;
 use crate::stages::{
-    Lanes, bump, covariance, cube_face, eigen, footprint, jacobian, local_frame, reflect, roughness,
+    bump, covariance, cube_face, eigen, footprint, jacobian, local_frame, reflect, roughness,
 };
 
 /// Which parts of the ENV operation a scene needs.
@@ -42,61 +44,49 @@ pub struct Words {
     pub d: [u64; 3],
 }
 
-/// Words of fragments, one array a word.
-#[derive(Clone, Debug)]
-pub struct Ports<const N: usize> {
-    pub(super) v: [[u64; N]; 3],
-    pub(super) n: [[u64; N]; 3],
-    pub(super) h: [[u64; N]; 3],
-    pub(super) dv: [[u64; N]; 6],
-    pub(super) dn: [[u64; N]; 6],
-    pub(super) b: [[u64; N]; 2],
-    pub(super) d: [[u64; N]; 3],
-}
-
-impl<const N: usize> Default for Ports<N> {
-    fn default() -> Self {
-        Self {
-            v: [[0; N]; 3],
-            n: [[0; N]; 3],
-            h: [[0; N]; 3],
-            dv: [[0; N]; 6],
-            dn: [[0; N]; 6],
-            b: [[0; N]; 2],
-            d: [[0; N]; 3],
-        }
+in_lanes! {
+    /// Words of fragments.
+    pub struct Ports<V> {
+        /// Direction to the eye.
+        pub v: [V; 3],
+        /// Interpolated normal.
+        pub n: [V; 3],
+        /// Main direction.
+        pub h: [V; 3],
+        /// ∂v/∂x, ∂v/∂y.
+        pub dv: [V; 6],
+        /// ∂n/∂x, ∂n/∂y.
+        pub dn: [V; 6],
+        /// b1, b2.
+        pub b: [V; 2],
+        /// d1, d2, d3.
+        pub d: [V; 3],
     }
 }
 
-/// The registers behind the ports.
-#[derive(Clone, Debug)]
-pub struct Inputs<const N: usize> {
-    pub(super) v: Lanes<N, 3>,
-    pub(super) v_exp: [i64; N],
-    pub(super) n: Lanes<N, 3>,
-    pub(super) n_exp: [i64; N],
-    pub(super) h: Lanes<N, 3>,
-    pub(super) h_exp: [i64; N],
-    pub(super) dv: Lanes<N, 6>,
-    pub(super) dn: Lanes<N, 6>,
-    pub(super) b: Lanes<N, 2>,
-    pub(super) d: Lanes<N, 3>,
-}
-
-impl<const N: usize> Default for Inputs<N> {
-    fn default() -> Self {
-        Self {
-            v: [[0; N]; 3],
-            v_exp: [0; N],
-            n: [[0; N]; 3],
-            n_exp: [0; N],
-            h: [[0; N]; 3],
-            h_exp: [0; N],
-            dv: [[0; N]; 6],
-            dn: [[0; N]; 6],
-            b: [[0; N]; 2],
-            d: [[0; N]; 3],
-        }
+in_lanes! {
+    /// The registers behind the ports.
+    pub struct Inputs<V> {
+        /// Mantissas of v.
+        pub v: [V; 3],
+        /// v = nominal · 2^v_exp.
+        pub v_exp: V,
+        /// Mantissas of the interpolated normal.
+        pub n: [V; 3],
+        /// n = nominal · 2^n_exp.
+        pub n_exp: V,
+        /// Mantissas of h.
+        pub h: [V; 3],
+        /// h = nominal · 2^h_exp.
+        pub h_exp: V,
+        /// ∂v/∂x then ∂v/∂y, shifted with v.
+        pub dv: [V; 6],
+        /// ∂n/∂x then ∂n/∂y, shifted with n.
+        pub dn: [V; 6],
+        /// b1, b2 in units of |n|.
+        pub b: [V; 2],
+        /// d1, d2, d3 in units of |n|.
+        pub d: [V; 3],
     }
 }
 
@@ -125,21 +115,22 @@ pub struct State<const N: usize> {
     /// Flags behind each step, where a state is kept from unit to unit.
     pub(super) step_flags: Option<StepFlags<N>>,
     pub(super) flags: [Flags; N],
-    pub(super) input: Inputs<N>,
-    pub(super) frame: local_frame::Out<N>,
-    pub(super) bumped: bump::Out<N>,
-    pub(super) reflected: reflect::Out<N>,
+    pub(super) words: Ports<[i64; N]>,
+    pub(super) input: Inputs<[i64; N]>,
+    pub(super) frame: local_frame::Out<[i64; N]>,
+    pub(super) bumped: bump::Out<[i64; N]>,
+    pub(super) reflected: reflect::Out<[i64; N]>,
     /// Where the directions meet the cube.
-    pub face: cube_face::Out<N>,
-    pub(super) dn_mod: Lanes<N, 6>,
-    pub(super) d: jacobian::Out<N>,
+    pub face: cube_face::Out<[i64; N]>,
+    pub(super) dn_mod: normal_derivative::Out<[i64; N]>,
+    pub(super) d: jacobian::Out<[i64; N]>,
     pub(super) d_exp: [i64; N],
-    pub(super) b: roughness::Out<N>,
-    pub(super) k: covariance::Out<N>,
+    pub(super) b: roughness::Out<[i64; N]>,
+    pub(super) k: covariance::Out<[i64; N]>,
     /// Axes of the ellipses.
-    pub axes: eigen::Out<N>,
+    pub axes: eigen::Out<[i64; N]>,
     /// Probe lines.
-    pub line: footprint::Out<N>,
+    pub line: footprint::Out<[i64; N]>,
 }
 
 impl<const N: usize> Default for State<N> {
@@ -148,19 +139,28 @@ impl<const N: usize> Default for State<N> {
             len: 0,
             step_flags: None,
             flags: [NO_FLAGS; N],
+            words: Default::default(),
             input: Default::default(),
             frame: Default::default(),
             bumped: Default::default(),
             reflected: Default::default(),
-            face: Default::default(),
-            dn_mod: [[0; N]; 6],
+            face: cube_face::Out { face: [4; N], ..Default::default() },
+            dn_mod: Default::default(),
             d: Default::default(),
             d_exp: [0; N],
             b: Default::default(),
             k: Default::default(),
             axes: Default::default(),
-            line: Default::default(),
+            line: footprint::Out { count: [1; N], ..Default::default() },
         }
+    }
+}
+
+impl<const N: usize> State<N> {
+    /// Face of a lane, 0…5.
+    #[must_use]
+    pub fn face_of(&self, lane: usize) -> usize {
+        usize::try_from(self.face.face[lane]).unwrap_or(0)
     }
 }
 

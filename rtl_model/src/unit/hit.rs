@@ -2,6 +2,8 @@
 
 use core::hash::{Hash as _, Hasher};
 
+use lanes::Simd;
+
 use super::block::{Block, NO_FLAGS, Needs, Results, State};
 use super::operation::{BlockOf, Memory, Operation};
 use super::steps::steps;
@@ -13,7 +15,7 @@ use crate::fx::Flags;
 use crate::policy::HitStatus;
 use crate::regs::{Event, Reg};
 use crate::stages::hit::{self, footprint};
-use crate::stages::{Lanes, Sink, bits, cube_face, fits, ray_cone, store, take};
+use crate::stages::{Lanes, Sink, bits, fits, ray_cone, store, take};
 use crate::tap::Tap;
 
 /// One ray as binary64 words.
@@ -158,17 +160,18 @@ impl HitUnit {
 
     /// Where the directions to the hits meet the cube.
     #[inline(always)]
-    fn face<const N: usize, T: Tap>(
+    fn face<S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         front: &HitFront<N>,
         memory: &DistanceMemory,
         env: &mut State<N>,
         tap: &mut T,
     ) {
-        let (unit, hit, exp) = (&self.unit, &front.hit, front.exponents(memory.scale));
-        let input = cube_face::In { v_r: &hit.to, v_r_frac: &hit.to_frac, exp: &exp };
-        let flags = &mut env.flags[..env.len];
-        cube_face::cube_face(&unit.face, &unit.roms, input, &mut env.face, flags, tap);
+        (env.reflected.v_r, env.reflected.v_r_frac) = (front.hit.to, front.hit.to_frac);
+        (env.input.v_exp, env.input.n_exp) = (front.exponents(memory.scale), [0; N]);
+        env.reflected.n_lift = [0; N];
+        self.unit.cube_face(simd, env, tap);
     }
 
     /// D of each lane's cone at its hit.
@@ -183,6 +186,7 @@ impl HitUnit {
         let (roms, hit, exp) = (&self.unit.roms, &front.hit, front.exponents(memory.scale));
         for lane in 0..env.len.min(N) {
             let escaped = hit.status[lane] == HitStatus::Escaped;
+            let face = env.face_of(lane);
             let flags = &mut env.flags[lane];
             let width = front.cone[lane].map_or(Dyadic::ZERO, |(cone, mut dither)| {
                 if escaped {
@@ -195,14 +199,14 @@ impl HitUnit {
             // At most 24 bits.
             let width = (i64::try_from(width.m).unwrap_or(0), width.e);
             let mut sink = Sink { lane, flags, tap };
-            let zero = env.face.zero[lane];
+            let zero = env.face.zero[lane] != 0;
             let input = footprint::In {
                 r: take(&hit.r, lane),
                 to: take(&hit.to, lane),
                 width,
                 scale: exp[lane],
                 escaped,
-                face: (env.face.face[lane], env.face.u[lane], env.face.v[lane]),
+                face: (face, env.face.u[lane], env.face.v[lane]),
                 inv_ma: if zero {
                     (0, 0)
                 } else {
@@ -225,23 +229,23 @@ impl Operation for HitUnit {
     }
 
     #[inline(always)]
-    fn put<const N: usize>(&self, words: &HitWords, front: &mut HitFront<N>, lane: usize) {
-        front.words[lane] = *words;
+    fn put<const N: usize>(&self, words: &HitWords, block: &mut BlockOf<Self, N>, lane: usize) {
+        block.front.words[lane] = *words;
     }
 
-    steps! { |hit, front, env, memory, tap| if |number| number == 0 || front.any_cone(env.len);
+    steps! { |hit, simd, front, env, memory, tap| if |number| number == 0 || front.any_cone(env.len);
         0: hit.search(front, &memory.distances, env, tap) => {
             let roms = &hit.unit.roms;
             (&hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec, roms.sqrt.spec)
         };
-        1: hit.face(front, &memory.distances, env, tap) => hit.unit.face_reads();
+        1: hit.face(simd, front, &memory.distances, env, tap) => hit.unit.face_reads();
         2: hit.footprints_at_hits(front, &memory.distances, env, tap) => {
             let roms = &hit.unit.roms;
             (&hit.footprint, &hit.hit, &hit.cone, roms.recip.spec, roms.rsqrt.spec)
         };
-        3: hit.unit.covariance(env, tap) => hit.unit.covariance_reads();
-        4: hit.unit.eigen(env, tap) => hit.unit.eigen_reads();
-        5: hit.unit.footprint(env, tap) => hit.unit.footprint_reads();
+        3: hit.unit.covariance(simd, env, tap) => hit.unit.covariance_reads();
+        4: hit.unit.eigen(simd, env, tap) => hit.unit.eigen_reads();
+        5: hit.unit.footprint(simd, env, tap) => hit.unit.footprint_reads();
     }
 
     #[inline(always)]

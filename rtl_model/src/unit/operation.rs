@@ -4,7 +4,7 @@ use core::fmt::Debug;
 use core::hash::Hasher;
 use core::ops::Range;
 
-use lanes::{Level, Task};
+use lanes::{Runs, Scalar, Simd, Task};
 
 use super::Unit;
 use super::block::{Block, Results};
@@ -38,11 +38,11 @@ impl<O: Operation, const K: usize, const N: usize, T: Tap> Task for Step<'_, O, 
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         for block in self.blocks {
             if self.unit.runs(K, block) {
                 block.env.begin(K, self.first);
-                self.unit.step::<K, N, T>(self.memory, block, self.tap);
+                self.unit.step::<K, S, N, T>(simd, self.memory, block, self.tap);
                 block.env.end(K);
             }
         }
@@ -68,7 +68,7 @@ impl<O: Operation, const N: usize, T: Tap> Task for Finish<'_, O, N, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, _: S) {
         self.unit.finish(self.block, self.memory, self.out, self.tap);
     }
 }
@@ -80,7 +80,7 @@ impl<O: Operation, const N: usize, T: Tap> Task for Finish<'_, O, N, T> {
 pub trait Operation: Sync {
     /// One request as binary64 words.
     type Words: Copy + Debug + Send + Sync;
-    /// The words of a block's lanes, and the results of the operation's own stages.
+    /// The words of a block's lanes and the results of the operation's own stages; ENV's are in its state.
     type Front<const N: usize>: Clone + Debug + Default + Send + Sync;
 
     /// Steps in front of the filter.
@@ -90,11 +90,12 @@ pub trait Operation: Sync {
     fn unit(&self) -> &Unit;
 
     /// Puts the words of one request into a lane of a block; the first step takes them through the ports.
-    fn put<const N: usize>(&self, words: &Self::Words, front: &mut Self::Front<N>, lane: usize);
+    fn put<const N: usize>(&self, words: &Self::Words, block: &mut BlockOf<Self, N>, lane: usize);
 
     /// Step `K` for a block.
-    fn step<const K: usize, const N: usize, T: Tap>(
+    fn step<const K: usize, S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         memory: &Memory,
         block: &mut BlockOf<Self, N>,
         tap: &mut T,
@@ -108,7 +109,7 @@ pub trait Operation: Sync {
     /// blocks apart.
     fn steps<const N: usize, T: Tap>(
         &self,
-        level: Level,
+        level: impl Runs,
         steps: Range<usize>,
         memory: &Memory,
         blocks: &mut [BlockOf<Self, N>],
@@ -148,7 +149,7 @@ pub trait Operation: Sync {
     fn load<const N: usize>(&self, words: &[Self::Words], block: &mut BlockOf<Self, N>) {
         block.env.len = words.len().min(N);
         for (lane, words) in words.iter().enumerate().take(N) {
-            self.put(words, &mut block.front, lane);
+            self.put(words, block, lane);
         }
     }
 
@@ -164,7 +165,7 @@ pub trait Operation: Sync {
         Self: Sized,
     {
         let blocks = core::slice::from_mut(block);
-        self.steps(Level::Baseline, 0..Self::STEPS, memory, blocks, tap);
+        self.steps(Scalar, 0..Self::STEPS, memory, blocks, tap);
         self.finish(block, memory, out, tap);
     }
 

@@ -1,119 +1,88 @@
 //! From the words of fragments to the registers behind the ports.
 
+use lanes::Vector;
+
 use super::Unit;
-use super::block::{NO_FLAGS, Ports, State, Words};
-use crate::lanes::LaneSink;
-use crate::port::{scalar_lanes, vector_lanes};
+use super::block::{Inputs, Ports, Words};
+use crate::lanes::Writes;
 use crate::regs::{Event, Register};
-use crate::stages::Lanes;
-use crate::tap::Tap;
 
 impl Unit {
+    /// The ports: n, v and h normalised, everything else written to its register.
+    #[inline(always)]
+    pub(super) fn through<V: Vector>(
+        &self,
+        words: &Ports<V>,
+        sink: &mut impl Writes<V>,
+    ) -> Inputs<V> {
+        let none = words.v[0].like(0);
+        let mut finite = none.zero();
+        let n = self.frame.as_ref().map_or(&self.reflect.n, |frame| &frame.n);
+        let (v, v_exp) = vector(sink, &self.reflect.v, words.v, &mut finite);
+        let (n, n_exp) = vector(sink, n, words.n, &mut finite);
+        let (mut dv, mut dn) = (words.dv, words.dn);
+        for k in 0..6 {
+            let (q, c) = (&self.jacobian.dv[k / 3], k % 3);
+            dv[k] = sink.number(q, c, dv[k], v_exp, &mut finite);
+            dn[k] = sink.number(&self.normal.dn[k / 3], c, dn[k], n_exp, &mut finite);
+        }
+        let (mut b, mut d, mut h, mut h_exp) = ([none; 2], [none; 3], [none; 3], none);
+        if let Some(bump) = &self.bump {
+            for c in 0..2 {
+                b[c] = sink.number(&bump.b, c, words.b[c], none, &mut finite);
+            }
+        }
+        if let Some(rough) = &self.roughness {
+            for c in 0..3 {
+                d[c] = sink.number(&rough.d, c, words.d[c], none, &mut finite);
+            }
+        }
+        if let Some(frame) = &self.frame {
+            (h, h_exp) = vector(sink, &frame.h, words.h, &mut finite);
+        }
+        sink.event(Event::InputNotFinite, !finite);
+        Inputs { v, v_exp, n, n_exp, h, h_exp, dv, dn, b, d }
+    }
+
     /// Puts the words of one fragment into a lane.
     #[inline(always)]
     pub(super) fn put_words<const N: usize>(
         &self,
         words: &Words,
-        ports: &mut Ports<N>,
+        to: &mut Ports<[i64; N]>,
         lane: usize,
     ) {
-        let put = |to: &mut [[u64; N]], from: &[u64]| {
-            for (to, from) in to.iter_mut().zip(from) {
-                to[lane] = *from;
-            }
-        };
-        put(&mut ports.v, &words.v);
-        put(&mut ports.n, &words.n);
-        put(&mut ports.dv, words.dv.as_flattened());
-        put(&mut ports.dn, words.dn.as_flattened());
+        put(&mut to.v, &words.v, lane);
+        put(&mut to.n, &words.n, lane);
+        put(&mut to.dv, words.dv.as_flattened(), lane);
+        put(&mut to.dn, words.dn.as_flattened(), lane);
         if self.bump.is_some() {
-            put(&mut ports.b, &words.b);
+            put(&mut to.b, &words.b, lane);
         }
         if self.roughness.is_some() {
-            put(&mut ports.d, &words.d);
+            put(&mut to.d, &words.d, lane);
         }
         if self.frame.is_some() {
-            put(&mut ports.h, &words.h);
+            put(&mut to.h, &words.h, lane);
         }
     }
+}
 
-    /// The ports: n, v and h normalised, everything else written to its register.
-    #[inline(always)]
-    pub fn ports<const N: usize, T: Tap>(
-        &self,
-        ports: &Ports<N>,
-        state: &mut State<N>,
-        tap: &mut T,
-    ) {
-        state.flags = [NO_FLAGS; N];
-        let input = &mut state.input;
-        let mut finite = [true; N];
-        let flags = &mut state.flags[..state.len];
-        let mut sink = LaneSink::<N, T>::new(flags, tap);
-        let n = self.frame.as_ref().map_or(&self.reflect.n, |frame| &frame.n);
-        let v = &self.reflect.v;
-        vector(&mut sink, v, &ports.v, &mut finite, &mut input.v, &mut input.v_exp);
-        vector(&mut sink, n, &ports.n, &mut finite, &mut input.n, &mut input.n_exp);
-        for col in 0..2 {
-            let (dv, dn) = (&self.jacobian.dv[col], &self.normal.dn[col]);
-            for c in 0..3 {
-                let k = 3 * col + c;
-                scalar(&mut sink, dv, c, &ports.dv[k], &input.v_exp, &mut finite, &mut input.dv[k]);
-                scalar(&mut sink, dn, c, &ports.dn[k], &input.n_exp, &mut finite, &mut input.dn[k]);
-            }
-        }
-        if let Some(bump) = &self.bump {
-            for (c, b) in input.b.iter_mut().enumerate() {
-                scalar(&mut sink, &bump.b, c, &ports.b[c], &[0; N], &mut finite, b);
-            }
-        }
-        if let Some(rough) = &self.roughness {
-            for (c, d) in input.d.iter_mut().enumerate() {
-                scalar(&mut sink, &rough.d, c, &ports.d[c], &[0; N], &mut finite, d);
-            }
-        }
-        if let Some(frame) = &self.frame {
-            vector(&mut sink, &frame.h, &ports.h, &mut finite, &mut input.h, &mut input.h_exp);
-        }
-        let mut not_finite = [false; N];
-        for (not, finite) in not_finite.iter_mut().zip(&finite) {
-            *not = !finite;
-        }
-        sink.event(Event::InputNotFinite, &not_finite);
+#[inline(always)]
+fn put<const N: usize>(to: &mut [[i64; N]], from: &[u64], lane: usize) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to[lane] = from.cast_signed();
     }
 }
 
 /// A port of a vector: mantissas, and the power of two that was taken out.
 #[inline(always)]
-fn vector<const N: usize, T: Tap>(
-    sink: &mut LaneSink<'_, N, T>,
+fn vector<V: Vector>(
+    sink: &mut impl Writes<V>,
     q: &Register,
-    words: &[[u64; N]; 3],
-    finite: &mut [bool; N],
-    out: &mut Lanes<N, 3>,
-    exp: &mut [i64; N],
-) {
-    vector_lanes(sink.n, q, words, finite, out, exp);
-    for (c, m) in out.iter().enumerate() {
-        sink.put(q, c, m, |i| exp[i]);
-    }
-    let nominal = q.block_frac();
-    for exp in &mut exp[..sink.n] {
-        *exp = nominal - *exp;
-    }
-}
-
-/// A port of a number.
-#[inline(always)]
-fn scalar<const N: usize, T: Tap>(
-    sink: &mut LaneSink<'_, N, T>,
-    q: &Register,
-    c: usize,
-    words: &[u64; N],
-    exponent: &[i64; N],
-    finite: &mut [bool; N],
-    out: &mut [i64; N],
-) {
-    scalar_lanes(sink.n, q, words, exponent, finite, sink.flags, out);
-    sink.put(q, c, out, |i| q.frac() - exponent[i]);
+    words: [V; 3],
+    finite: &mut V::Mask,
+) -> ([V; 3], V) {
+    let (m, frac) = sink.vector(q, words, finite);
+    (m, frac.like(q.block_frac()) - frac)
 }

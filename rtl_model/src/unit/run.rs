@@ -1,7 +1,12 @@
 //! Running a unit: each stage over a block, and all of them.
 
+use core::ops::Range;
+
+use lanes::{Scalar, Simd, Vector as _};
+
 use super::Unit;
-use super::block::{NO_FLAGS, Results, State};
+use super::block::{Inputs, NO_FLAGS, Results, State};
+use crate::lanes::{Fast, Place, Writes};
 use crate::stages::filter::Corner;
 use crate::stages::jacobian::normal_derivative;
 use crate::stages::{
@@ -11,189 +16,178 @@ use crate::stages::{
 use crate::tap::{NoTapStandard, Tap};
 use crate::texture::Texture;
 
-impl Unit {
-    /// `local_frame`, if the scene needs it.
-    #[inline(always)]
-    pub fn local_frame<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let Some(cfg) = &self.frame else { return };
-        let input = local_frame::In {
-            n: &state.input.n,
-            n_exp: &state.input.n_exp,
-            h: &state.input.h,
-            h_exp: &state.input.h_exp,
-        };
-        local_frame::local_frame(
-            cfg,
-            &self.roms,
-            input,
-            &mut state.frame,
-            &mut state.flags[..state.len],
-            tap,
-        );
-    }
+/// Stages over the lanes of a block: each from a row that reads what the stage takes and names the place of its result.
+///
+/// Where nobody listens to a standard unit, several lanes go at a time, and those that leave the plain case once
+/// more one by one; else all do.
+macro_rules! stages {
+    ($($(#[$doc:meta])*
+        $name:ident($unit:ident, $state:ident, $at:ident, $sink:ident) $(if $used:expr)?
+            => $place:ident: $out:ty = $run:expr;)+) => {$(
+        $(#[$doc])*
+        #[inline(always)]
+        pub fn $name<S: Simd, const N: usize, T: Tap>(
+            &self,
+            simd: S,
+            state: &mut State<N>,
+            tap: &mut T,
+        ) {
+            #[inline(always)]
+            fn run<S: Simd, const N: usize>(
+                $unit: &Unit,
+                $state: &State<N>,
+                $at: At<S>,
+                $sink: &mut impl Writes<S::I>,
+            ) -> $out {
+                $run
+            }
 
-    /// `bump`, if the scene needs it.
-    #[inline(always)]
-    pub fn bump<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let Some(cfg) = &self.bump else { return };
-        let input = bump::In {
-            n: &state.input.n,
-            n_exp: &state.input.n_exp,
-            e1: &state.frame.e1,
-            e2: &state.frame.e2,
-            b: &state.input.b,
-        };
-        bump::bump(cfg, input, &mut state.bumped, &mut state.flags[..state.len], tap);
-    }
+            #[cold]
+            #[inline(never)]
+            fn one_by_one<const N: usize, T: Tap>(
+                unit: &Unit,
+                state: &mut State<N>,
+                lanes: Range<usize>,
+                tap: &mut T,
+            ) {
+                for lane in lanes {
+                    let mut flags = state.flags[lane];
+                    let mut sink = Sink { lane, flags: &mut flags, tap: &mut *tap };
+                    let out = run(unit, state, At(Scalar, lane), &mut sink);
+                    Place::<Scalar>::store(&mut state.$place, lane, out);
+                    state.flags[lane] = flags;
+                }
+            }
 
-    /// `reflect`.
-    #[inline(always)]
-    pub fn reflect<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        // Without a bump but with a frame the port's format is the frame's: normalise once more.
-        let n_mod_frac = match (&self.bump, &self.frame) {
-            (Some(_), _) => Some(self.bump_frac),
-            (None, Some(frame)) => Some(frame.n.block_frac()),
-            (None, None) => None,
-        };
-        let input = reflect::In {
-            v: &state.input.v,
-            v_exp: &state.input.v_exp,
-            n: if self.bump.is_some() { &state.bumped.n_mod } else { &state.input.n },
-            n_exp: &state.input.n_exp,
-            n_mod_frac,
-        };
-        reflect::reflect(
-            &self.reflect,
-            input,
-            &mut state.reflected,
-            &mut state.flags[..state.len],
-            tap,
-        );
-    }
-
-    /// `cube_face`.
-    #[inline(always)]
-    pub fn cube_face<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let mut exp = [0; N];
-        for (lane, e) in exp.iter_mut().enumerate().take(state.len) {
-            *e = state.input.v_exp[lane]
-                + 2 * (state.input.n_exp[lane] + state.reflected.n_lift[lane]);
+            let $unit = self;
+            let _ = $unit;
+            $(if !$used {
+                return;
+            })?
+            let len = state.len.min(N);
+            if !T::STANDARD || T::ACTIVE || S::I::LEN == 1 {
+                return one_by_one(self, state, 0..len, tap);
+            }
+            let mut lane = 0;
+            while lane < len {
+                let mut sink = Fast::new(simd);
+                let out = run(self, state, At(simd, lane), &mut sink);
+                Place::<S>::store(&mut state.$place, lane, out);
+                let after = lane + S::I::LEN;
+                if sink.beyond() {
+                    one_by_one(self, state, lane..after.min(len), tap);
+                }
+                lane = after;
+            }
         }
-        let input = cube_face::In {
-            v_r: &state.reflected.v_r,
-            v_r_frac: &state.reflected.v_r_frac,
-            exp: &exp,
+    )+};
+}
+
+/// The lanes of a vector in a block.
+#[derive(Clone, Copy)]
+struct At<S>(S, usize);
+
+/// The numbers of `$from` at these lanes.
+macro_rules! get {
+    ($at:ident, $from:expr) => {
+        $from.load($at.0, $at.1)
+    };
+}
+
+impl Unit {
+    stages! {
+        /// The ports: n, v and h normalised, everything else written to its register.
+        ports(unit, state, at, sink) => input: Inputs<S::I> =
+            unit.through(&get!(at, state.words), sink);
+
+        /// `local_frame`, if the scene needs it.
+        local_frame(unit, state, at, sink) if unit.frame.is_some()
+            => frame: local_frame::Out<S::I> = {
+            match &unit.frame {
+                Some(cfg) => local_frame::local_frame(cfg, &unit.roms, &get!(at, state.input), sink),
+                None => get!(at, state.frame),
+            }
         };
-        cube_face::cube_face(
-            &self.face,
-            &self.roms,
-            input,
-            &mut state.face,
-            &mut state.flags[..state.len],
-            tap,
-        );
-    }
 
-    /// The first step of `jacobian`: the derivative of the modified normal.
-    #[inline(always)]
-    pub fn normal_derivative<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = normal_derivative::In {
-            dn: &state.input.dn,
-            n_exp: &state.input.n_exp,
-            n_lift: &state.reflected.n_lift,
-            bumped: self.bump.as_ref().map(|_| normal_derivative::Bumped {
-                n: &state.input.n,
-                h: &state.input.h,
-                e1: &state.frame.e1,
-                e2: &state.frame.e2,
-                b: &state.input.b,
-            }),
+        /// `bump`, if the scene needs it.
+        bump(unit, state, at, sink) if unit.bump.is_some() => bumped: bump::Out<S::I> = {
+            match &unit.bump {
+                Some(cfg) => bump::bump(cfg, &get!(at, state.input), &get!(at, state.frame), sink),
+                None => get!(at, state.bumped),
+            }
         };
-        normal_derivative::normal_derivative(
-            &self.normal,
-            &self.roms,
-            input,
-            &mut state.dn_mod,
-            &mut state.flags[..state.len],
-            tap,
-        );
-    }
 
-    /// `jacobian`, from the derivative of the modified normal on.
-    #[inline(always)]
-    pub fn jacobian<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = jacobian::In {
-            v: &state.input.v,
-            v_exp: &state.input.v_exp,
-            n_exp: &state.input.n_exp,
-            dv: &state.input.dv,
-            dn_mod: &state.dn_mod,
-            reflect: &state.reflected,
-            face: &state.face,
+        /// `reflect`.
+        reflect(unit, state, at, sink) => reflected: reflect::Out<S::I> = {
+            let input: Inputs<S::I> = get!(at, state.input);
+            // Without a bump but with a frame the port's format is the frame's: normalise once more.
+            let (n, frac) = match (&unit.bump, &unit.frame) {
+                (Some(_), _) => (get!(at, state.bumped.n_mod), Some(unit.bump_frac)),
+                (None, Some(frame)) => (input.n, Some(frame.n.block_frac())),
+                (None, None) => (input.n, None),
+            };
+            reflect::reflect(&unit.reflect, &input, n, frac, sink)
         };
-        jacobian::jacobian(&self.jacobian, input, &mut state.d, &mut state.flags[..state.len], tap);
-    }
 
-    /// `roughness`, if the scene needs it.
-    #[inline(always)]
-    pub fn roughness<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let Some(cfg) = &self.roughness else { return };
-        let input = roughness::In {
-            v: &state.input.v,
-            v_exp: &state.input.v_exp,
-            n_exp: &state.input.n_exp,
-            e1: &state.frame.e1,
-            e2: &state.frame.e2,
-            d: &state.input.d,
-            reflect: &state.reflected,
-            face: &state.face,
+        /// `cube_face`.
+        cube_face(unit, state, at, sink) => face: cube_face::Out<S::I> = {
+            let (input, r): (Inputs<S::I>, reflect::Out<S::I>) =
+                (get!(at, state.input), get!(at, state.reflected));
+            let exp = input.v_exp + (input.n_exp + r.n_lift).up(1);
+            cube_face::cube_face(&unit.face, &unit.roms, (r.v_r, r.v_r_frac, exp), sink)
         };
-        roughness::roughness(cfg, input, &mut state.b, &mut state.flags[..state.len], tap);
-    }
 
-    /// `covariance`.
-    #[inline(always)]
-    pub fn covariance<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = covariance::In {
-            d: &state.d.d,
-            b: self.roughness.as_ref().map(|_| &state.b.b),
-            exp: self.block_d.then_some(&state.d_exp),
+        /// The first step of `jacobian`: the derivative of the modified normal.
+        normal_derivative(unit, state, at, sink) => dn_mod: normal_derivative::Out<S::I> = {
+            let frame: local_frame::Out<S::I> = get!(at, state.frame);
+            let (cfg, lift) = (&unit.normal, get!(at, state.reflected.n_lift));
+            let frame = unit.bump.as_ref().map(|_| &frame);
+            normal_derivative::normal_derivative(
+                cfg, &unit.roms, &get!(at, state.input), lift, frame, sink,
+            )
         };
-        covariance::covariance(
-            &self.covariance,
-            input,
-            &mut state.k,
-            &mut state.flags[..state.len],
-            tap,
-        );
-    }
 
-    /// `eigen`.
-    #[inline(always)]
-    pub fn eigen<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = eigen::In { covariance: &state.k };
-        eigen::eigen(
-            &self.eigen,
-            &self.roms,
-            input,
-            &mut state.axes,
-            &mut state.flags[..state.len],
-            tap,
+        /// `jacobian`, from the derivative of the modified normal on.
+        jacobian(unit, state, at, sink) => d: jacobian::Out<S::I> = jacobian::jacobian(
+            &unit.jacobian,
+            &get!(at, state.input),
+            &get!(at, state.dn_mod.dn_mod),
+            &get!(at, state.reflected),
+            &get!(at, state.face),
+            sink,
         );
-    }
 
-    /// `footprint`.
-    #[inline(always)]
-    pub fn footprint<const N: usize, T: Tap>(&self, state: &mut State<N>, tap: &mut T) {
-        let input = footprint::In { eigen: &state.axes };
-        footprint::footprint(
-            &self.footprint,
-            &self.roms,
-            input,
-            &mut state.line,
-            &mut state.flags[..state.len],
-            tap,
-        );
+        /// `roughness`, if the scene needs it.
+        roughness(unit, state, at, sink) if unit.roughness.is_some()
+            => b: roughness::Out<S::I> = {
+            match &unit.roughness {
+                Some(cfg) => roughness::roughness(
+                    cfg,
+                    &get!(at, state.input),
+                    &get!(at, state.frame),
+                    &get!(at, state.reflected),
+                    &get!(at, state.face),
+                    sink,
+                ),
+                None => get!(at, state.b),
+            }
+        };
+
+        /// `covariance`.
+        covariance(unit, state, at, sink) => k: covariance::Out<S::I> = {
+            let (b, exp) = (get!(at, state.b.b), get!(at, state.d_exp));
+            let b = unit.roughness.as_ref().map(|_| &b);
+            let exp = unit.block_d.then_some(exp);
+            covariance::covariance(&unit.covariance, &get!(at, state.d.d), b, exp, sink)
+        };
+
+        /// `eigen`.
+        eigen(unit, state, at, sink) => axes: eigen::Out<S::I> =
+            eigen::eigen(&unit.eigen, &unit.roms, &get!(at, state.k), sink);
+
+        /// `footprint`.
+        footprint(unit, state, at, sink) => line: footprint::Out<S::I> =
+            footprint::footprint(&unit.footprint, &unit.roms, &get!(at, state.axes), sink);
     }
 
     /// The texture request of one lane.
@@ -202,7 +196,7 @@ impl Unit {
     pub fn request<const N: usize>(&self, state: &State<N>, lane: usize) -> filter::In {
         filter::In {
             line: address::In {
-                face: state.face.face[lane],
+                face: state.face_of(lane),
                 center: [state.face.u[lane], state.face.v[lane]],
                 step: [state.line.step[0][lane], state.line.step[1][lane]],
                 step_frac: self.step_frac,

@@ -4,9 +4,11 @@
 
 use core::hash::{Hash, Hasher};
 
-use super::Unit;
-use super::block::{Block, NO_FLAGS, Ports, State, Words};
+use lanes::Simd;
+
+use super::block::{Block, NO_FLAGS, State, Words};
 use super::operation::{BlockOf, Memory, Operation};
+use super::{EnvBlock, Unit};
 use crate::fx::Flags;
 use crate::tap::Tap;
 
@@ -17,14 +19,15 @@ const MOST_STEPS: usize = Unit::STEPS;
 /// besides the steps before it and the memory. The steps leave out blocks for which `used` is false.
 macro_rules! steps {
     (
-        |$unit:ident, $front:ident, $env:ident, $memory:ident, $tap:ident| if |$number:ident| $used:expr;
+        |$unit:ident, $simd:ident, $front:ident, $env:ident, $memory:ident, $tap:ident| if |$number:ident| $used:expr;
         $($k:literal: $run:expr => $reads:expr;)+
     ) => {
         const STEPS: usize = [$($k),+].len();
 
         #[inline(always)]
-        fn step<const K: usize, const N: usize, T: Tap>(
+        fn step<const K: usize, S: Simd, const N: usize, T: Tap>(
             &self,
+            $simd: S,
             $memory: &Memory,
             block: &mut BlockOf<Self, N>,
             $tap: &mut T,
@@ -88,34 +91,37 @@ impl<const N: usize> State<N> {
 
 impl Operation for Unit {
     type Words = Words;
-    type Front<const N: usize> = Ports<N>;
+    type Front<const N: usize> = ();
 
     fn unit(&self) -> &Unit {
         self
     }
 
     #[inline(always)]
-    fn put<const N: usize>(&self, words: &Words, front: &mut Ports<N>, lane: usize) {
-        self.put_words(words, front, lane);
+    fn put<const N: usize>(&self, words: &Words, block: &mut EnvBlock<N>, lane: usize) {
+        self.put_words(words, &mut block.env.words, lane);
     }
 
-    steps! { |unit, front, env, memory, tap| if |_number| true;
-        0: unit.ports(front, env, tap) => (
+    steps! { |unit, simd, front, env, memory, tap| if |_number| true;
+        0: {
+            env.flags = [NO_FLAGS; N];
+            unit.ports(simd, env, tap);
+        } => (
             (unit.needs, &unit.reflect.v, &unit.reflect.n, &unit.jacobian.dv, &unit.normal.dn),
             unit.frame.as_ref().map(|frame| (&frame.n, &frame.h)),
             unit.bump.as_ref().map(|bump| &bump.b),
             unit.roughness.as_ref().map(|rough| &rough.d),
         );
-        1: unit.local_frame(env, tap) => (&unit.frame, unit.roms.rsqrt.spec, unit.roms.sqrt.spec);
-        2: unit.bump(env, tap) => &unit.bump;
-        3: unit.reflect(env, tap) => (&unit.reflect, unit.bump_frac);
-        4: unit.cube_face(env, tap) => unit.face_reads();
-        5: unit.normal_derivative(env, tap) => (&unit.normal, unit.roms.recip.spec);
-        6: unit.jacobian(env, tap) => &unit.jacobian;
-        7: unit.roughness(env, tap) => &unit.roughness;
-        8: unit.covariance(env, tap) => unit.covariance_reads();
-        9: unit.eigen(env, tap) => unit.eigen_reads();
-        10: unit.footprint(env, tap) => unit.footprint_reads();
+        1: unit.local_frame(simd, env, tap) => (&unit.frame, unit.roms.rsqrt.spec, unit.roms.sqrt.spec);
+        2: unit.bump(simd, env, tap) => &unit.bump;
+        3: unit.reflect(simd, env, tap) => (&unit.reflect, unit.bump_frac);
+        4: unit.cube_face(simd, env, tap) => unit.face_reads();
+        5: unit.normal_derivative(simd, env, tap) => (&unit.normal, unit.roms.recip.spec);
+        6: unit.jacobian(simd, env, tap) => &unit.jacobian;
+        7: unit.roughness(simd, env, tap) => &unit.roughness;
+        8: unit.covariance(simd, env, tap) => unit.covariance_reads();
+        9: unit.eigen(simd, env, tap) => unit.eigen_reads();
+        10: unit.footprint(simd, env, tap) => unit.footprint_reads();
     }
 }
 

@@ -2,6 +2,8 @@
 
 use core::hash::{Hash as _, Hasher};
 
+use lanes::Simd;
+
 use super::block::{Block, NO_FLAGS, Needs, Results, State};
 use super::operation::{BlockOf, Memory, Operation};
 use super::steps::steps;
@@ -211,18 +213,18 @@ impl Operation for TexUnit {
     }
 
     #[inline(always)]
-    fn put<const N: usize>(&self, words: &TexWords, front: &mut TexFront<N>, lane: usize) {
-        front.words[lane] = *words;
+    fn put<const N: usize>(&self, words: &TexWords, block: &mut BlockOf<Self, N>, lane: usize) {
+        block.front.words[lane] = *words;
     }
 
-    steps! { |tex, front, env, memory, tap| if |_number| true;
+    steps! { |tex, simd, front, env, memory, tap| if |_number| true;
         0: tex.surfaces(front, env, &mut tex.in_texels(tap)) => (
             (&tex.surface, &tex.cone, tex.texels, &tex.unit.address),
             (tex.unit.roms.recip.spec, tex.unit.roms.rsqrt.spec),
         );
-        1: tex.unit.covariance(env, &mut tex.in_texels(tap)) => tex.unit.covariance_reads();
-        2: tex.unit.eigen(env, &mut tex.in_texels(tap)) => tex.unit.eigen_reads();
-        3: tex.unit.footprint(env, &mut tex.in_texels(tap)) => tex.unit.footprint_reads();
+        1: tex.unit.covariance(simd, env, &mut tex.in_texels(tap)) => tex.unit.covariance_reads();
+        2: tex.unit.eigen(simd, env, &mut tex.in_texels(tap)) => tex.unit.eigen_reads();
+        3: tex.unit.footprint(simd, env, &mut tex.in_texels(tap)) => tex.unit.footprint_reads();
     }
 
     #[inline(always)]

@@ -5,8 +5,10 @@
 
 use core::array::from_mut;
 
+use lanes::Scalar;
+
 use super::Unit;
-use super::block::{NO_FLAGS, Ports, Results, State, Words};
+use super::block::{NO_FLAGS, Results, State, Words};
 use crate::config::Config;
 use crate::fx::{Flags, Format};
 use crate::policy::Axis;
@@ -69,7 +71,7 @@ macro_rules! wires {
                 match self { $(Self::$variant => $meaning),+ }
             }
 
-            /// Where its numbers lie; none for a face and a bit, which are no integers of 64 bits.
+            /// Where its numbers lie.
             fn place(self, state: &mut State<1>) -> &mut [[i64; 1]] {
                 match self { $(Self::$variant => { let $s = state; $place })+ }
             }
@@ -113,8 +115,8 @@ wires! {
     NdotN: "n_dot_n"[1] WireKind::Codes(&[Reg::ReflectNdotN]), "⟨n, n⟩", |s| from_mut(&mut s.reflected.n_dot_n), 2 * n_mod(s);
     Vr: "v_r"[3] WireKind::Floating(Reg::ReflectVr), "reflected direction", |s| &mut s.reflected.v_r, v_r(s) - s.reflected.v_r_frac[0];
     VrFrac: "v_r_frac"[1] WireKind::Power, "fraction bits of v_r", |s| from_mut(&mut s.reflected.v_r_frac), 0;
-    Face: "face"[1] WireKind::Face, "face 0…5 for +x −x +y −y +z −z", |s| { let _ = s; &mut [] }, 0;
-    Zero: "zero"[1] WireKind::Bit, "whether v_r is zero", |s| { let _ = s; &mut [] }, 0;
+    Face: "face"[1] WireKind::Face, "face 0…5 for +x −x +y −y +z −z", |s| from_mut(&mut s.face.face), 0;
+    Zero: "zero"[1] WireKind::Bit, "whether v_r is zero", |s| from_mut(&mut s.face.zero), 0;
     InvMa: "inv_ma"[1] WireKind::Floating(Reg::FaceInvMa), "1/|ma|", |s| from_mut(&mut s.face.inv_ma), -v_r(s) - s.face.inv_ma_frac[0];
     InvMaFrac: "inv_ma_frac"[1] WireKind::Power, "fraction bits of inv_ma", |s| from_mut(&mut s.face.inv_ma_frac), 0;
     U: "u"[1] WireKind::Codes(&[Reg::FaceU]), "u on the face", |s| from_mut(&mut s.face.u), 0;
@@ -153,28 +155,19 @@ impl Wire {
 
     /// Reads the wire into `out`.
     pub fn get(self, state: &mut State<1>, out: &mut [i64]) {
-        match self {
-            Self::Face => out.fill(i64::try_from(state.face.face[0]).unwrap_or(4)),
-            Self::Zero => out.fill(i64::from(state.face.zero[0])),
-            _ => {
-                for (out, [value]) in out.iter_mut().zip(self.place(state)) {
-                    *out = *value;
-                }
-            }
+        for (out, [value]) in out.iter_mut().zip(self.place(state)) {
+            *out = *value;
         }
     }
 
     /// Drives the wire.
     pub fn set(self, state: &mut State<1>, values: &[i64]) {
-        let first = values.first().copied().unwrap_or(0);
-        match self {
-            Self::Face => state.face.face[0] = usize::try_from(first.clamp(0, 5)).unwrap_or(4),
-            Self::Zero => state.face.zero[0] = first != 0,
-            _ => {
-                for ([to], value) in self.place(state).iter_mut().zip(values) {
-                    *to = *value;
-                }
-            }
+        for ([to], value) in self.place(state).iter_mut().zip(values) {
+            *to = match self {
+                Self::Face => (*value).clamp(0, 5),
+                Self::Zero => i64::from(*value != 0),
+                _ => *value,
+            };
         }
     }
 
@@ -256,10 +249,9 @@ impl Unit {
         out: &mut Results<1>,
         tap: &mut T,
     ) -> Flags {
-        let mut ports = Ports::default();
-        self.put_words(words, &mut ports, 0);
-        state.len = 1;
-        self.ports(&ports, state, tap);
+        self.put_words(words, &mut state.words, 0);
+        (state.len, state.flags) = (1, [NO_FLAGS]);
+        self.ports(Scalar, state, tap);
         let mut flags = state.flags();
         for stage in Stage::ALL.into_iter().take_while(|stage| Some(*stage) != before) {
             // `filter` runs both.
@@ -286,18 +278,18 @@ impl Unit {
     ) -> Flags {
         (state.len, state.flags) = (1, [NO_FLAGS]);
         match stage {
-            Stage::LocalFrame => self.local_frame(state, tap),
-            Stage::Bump => self.bump(state, tap),
-            Stage::Reflect => self.reflect(state, tap),
-            Stage::CubeFace => self.cube_face(state, tap),
+            Stage::LocalFrame => self.local_frame(Scalar, state, tap),
+            Stage::Bump => self.bump(Scalar, state, tap),
+            Stage::Reflect => self.reflect(Scalar, state, tap),
+            Stage::CubeFace => self.cube_face(Scalar, state, tap),
             Stage::Jacobian => {
-                self.normal_derivative(state, tap);
-                self.jacobian(state, tap);
+                self.normal_derivative(Scalar, state, tap);
+                self.jacobian(Scalar, state, tap);
             }
-            Stage::Roughness => self.roughness(state, tap),
-            Stage::Covariance => self.covariance(state, tap),
-            Stage::Eigen => self.eigen(state, tap),
-            Stage::Footprint => self.footprint(state, tap),
+            Stage::Roughness => self.roughness(Scalar, state, tap),
+            Stage::Covariance => self.covariance(Scalar, state, tap),
+            Stage::Eigen => self.eigen(Scalar, state, tap),
+            Stage::Footprint => self.footprint(Scalar, state, tap),
             Stage::RayCone | Stage::Hit | Stage::SurfaceFootprint => {}
             Stage::Address | Stage::Filter => {
                 self.back(state, texture, out, tap);

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::common::{Record, Rng, limit, round_ratio};
 use rtl_model::fx::{Flags, Rounding};
 use rtl_model::policy::Count;
-use rtl_model::stages::{Roms, eigen, footprint};
+use rtl_model::stages::{Roms, Sink, eigen, footprint};
 use rtl_model::{Config, Reg};
 
 /// What `footprint` wrote: M's code, m's code, count, LOD, both steps.
@@ -25,20 +25,17 @@ static ROMS: OnceLock<Roms> = OnceLock::new();
 fn line(config: &Config, size: u32, lambda: [i64; 2], exp: i64, axis: [i64; 2]) -> Line {
     let cfg = footprint::Cfg::new(config, size).expect("a legal footprint");
     let roms = ROMS.get_or_init(|| Roms::new(&Config::default()).expect("the default tables"));
-    let axes = eigen::Out::<1> { lambda: lambda.map(|l| [l]), exp: [exp], axis: axis.map(|a| [a]) };
-    let mut out = footprint::Out::<1>::default();
-    let mut record = Record::default();
-    let mut flags = [Flags::default()];
-    let input = footprint::In { eigen: &axes };
-    footprint::footprint(&cfg, roms, input, &mut out, &mut flags, &mut record);
+    let (mut record, mut flags) = (Record::default(), Flags::default());
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut record };
+    let out = footprint::footprint(&cfg, roms, &eigen::Out { lambda, exp, axis }, &mut sink);
     let code = |reg| record.0.iter().find(|r| r.1 == reg).expect("written").3;
     Line {
         length: code(Reg::FootLength),
         width: code(Reg::FootWidth),
-        count: out.count[0],
-        lod: out.lod[0],
-        step: out.step.map(|s| s[0]),
-        flags: flags[0],
+        count: out.count,
+        lod: out.lod,
+        step: out.step,
+        flags,
     }
 }
 

@@ -108,7 +108,7 @@ impl<'a> Rtl<'a> {
         };
         Ok(Record {
             search: Some(search),
-            place: ray.cone.map(|_| Place::Face(block.env.face.face[0])),
+            place: ray.cone.map(|_| Place::Face(block.env.face_of(0))),
             probes: found.probes,
             ..Record::new(Registers::Rtl(&self.probe), found.flags)
         })

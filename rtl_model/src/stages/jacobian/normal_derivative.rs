@@ -4,16 +4,68 @@
 //! (n, e1, e2) turns as a rigid body with p = ⟨∂n⊥,e1⟩/⟨n,n⟩, q = ⟨∂n⊥,e2⟩/⟨n,n⟩ and, because
 //! e1 stays perpendicular to h, ω = p·⟨n,h⟩/⟨e2,h⟩: ∂e1 = −p n + ω e2, ∂e2 = −q n − ω e1.
 
+use lanes::{Mask as _, Vector};
+
 use crate::config::{Config, ConfigError};
-use crate::fx::Flags;
-use crate::lanes::{LaneSink, Shift, dot, each, mantissa, mul, mul_unsigned, mul_wide};
+use crate::lanes::{Writes, in_lanes};
 use crate::policy::Dnmod;
 use crate::regs::{Reg, Register};
-use crate::stages::{Lanes, Roms, bits, block_frac, column, fits, frac, int, take};
-use crate::tables::rom::PORT_FRAC;
-use crate::tap::Tap;
+use crate::stages::{Roms, bits, block_frac, column, dot, fits, frac, int, local_frame};
+use crate::tables::rom::{PORT_FRAC, mantissa};
+use crate::unit::Inputs;
 
-const P: i64 = 30;
+/// The step: ∂n_mod in n_mod's nominal scale. `frame` is there with a bump.
+#[inline(always)]
+pub fn normal_derivative<V: Vector>(
+    cfg: &Cfg,
+    roms: &Roms,
+    port: &Inputs<V>,
+    lift: V,
+    frame: Option<&local_frame::Out<V>>,
+    sink: &mut impl Writes<V>,
+) -> Out<V> {
+    let mod_frac = cfg.dn_mod[0].frac();
+    let mut dn_mod = port.dn;
+    let exp = port.n_exp + lift;
+    let Some(frame) = frame.filter(|_| cfg.dnmod != Dnmod::Paper) else {
+        for (c, dn) in dn_mod.iter_mut().enumerate() {
+            let q = &cfg.dn_mod[c / 3];
+            *dn = sink.shift_either(q, c, *dn, lift.plus(q.frac_in - mod_frac), exp);
+        }
+        return Out { dn_mod };
+    };
+    let (n, none) = (port.n, exp.like(0));
+    let (m, e) = mantissa(dot(n, n).larger(none.like(1)));
+    let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - cfg.inv_nn.frac();
+    let inv_exp = -port.n_exp.up(1);
+    let inv_nn = sink.shifted(&cfg.inv_nn, 0, roms.recip.recip(m), e.plus(fixed), inv_exp);
+    let turns = cfg.dnmod == Dnmod::Frame;
+    let mut perp = [n; 2];
+    for col in 0..2 {
+        perp[col] = cfg.perpendicular(sink, col, port, inv_nn);
+    }
+    if turns {
+        let cot = cfg.cotangent(sink, roms, dot(n, port.h), dot(frame.e2, port.h));
+        for col in 0..2 {
+            perp[col] = cfg.turned(sink, col, (port, frame), perp[col], [inv_nn, cot]);
+        }
+    }
+    let q = &cfg.dn_mod[2];
+    let exact_frac = if turns { q.frac_in } else { cfg.dn_perp[0].frac() };
+    for c in 0..6 {
+        let right = lift.plus(exact_frac - mod_frac);
+        dn_mod[c] = sink.shift_either(q, c, perp[c / 3][c % 3], right, exp);
+    }
+    Out { dn_mod }
+}
+
+in_lanes! {
+    /// The derivative of the modified normal.
+    pub struct Out<V> {
+        /// ∂n_mod/∂x then ∂n_mod/∂y, shifted with n_mod.
+        pub dn_mod: [V; 6],
+    }
+}
 
 /// Compiled configuration.
 #[derive(Clone, Debug, Hash)]
@@ -36,34 +88,6 @@ pub struct Cfg {
     de_lift: [[i64; 2]; 2],
     b_lift: [i64; 2],
     dn_mod: [Register; 3],
-}
-
-/// The inputs of the stage.
-#[derive(Clone, Copy, Debug)]
-pub struct In<'a, const N: usize> {
-    /// ∂n/∂x then ∂n/∂y, shifted with n.
-    pub dn: &'a Lanes<N, 6>,
-    /// Power of two of n.
-    pub n_exp: &'a [i64; N],
-    /// n_mod = nominal · 2^(n_exp + n_lift).
-    pub n_lift: &'a [i64; N],
-    /// The frame and the bump; `None` without a bump.
-    pub bumped: Option<Bumped<'a, N>>,
-}
-
-/// The local frame and the offsets.
-#[derive(Clone, Copy, Debug)]
-pub struct Bumped<'a, const N: usize> {
-    /// Mantissas of the interpolated normal.
-    pub n: &'a Lanes<N, 3>,
-    /// Mantissas of h.
-    pub h: &'a Lanes<N, 3>,
-    /// e1.
-    pub e1: &'a Lanes<N, 3>,
-    /// e2.
-    pub e2: &'a Lanes<N, 3>,
-    /// b1, b2.
-    pub b: &'a Lanes<N, 2>,
 }
 
 impl Cfg {
@@ -132,171 +156,68 @@ impl Cfg {
 
     /// ∂n⊥ of one column.
     #[inline(always)]
-    fn perpendicular<const N: usize, T: Tap>(
+    fn perpendicular<V: Vector>(
         &self,
-        sink: &mut LaneSink<'_, N, T>,
+        sink: &mut impl Writes<V>,
         col: usize,
-        n: &Lanes<N, 3>,
-        dn: &Lanes<N, 3>,
-        inv_nn: &[i64; N],
-        n_exp: &[i64; N],
-    ) -> Lanes<N, 3> {
-        let mut along = [0; N];
-        sink.write(
-            &self.dn_dot[col],
-            col,
-            |i| dot::<T>(take(n, i), take(dn, i)),
-            |i| 2 * n_exp[i],
-            &mut along,
-        );
-        let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
-        let mut along = [0; N];
-        sink.write(&self.along, col, product, |_| 0, &mut along);
-        let (lift_dn, lift_along) = (self.lift_dn[col], self.lift_along[col]);
-        let mut out = [[0; N]; 3];
-        for (c, (out, (n, dn))) in out.iter_mut().zip(n.iter().zip(dn)).enumerate() {
-            let sum = |i: usize| (dn[i] << lift_dn) - (mul::<T>(n[i], along[i]) << lift_along);
-            let exp = |i: usize| n_exp[i];
-            sink.write(&self.dn_perp[col], 3 * col + c, sum, exp, out);
+        port: &Inputs<V>,
+        inv_nn: V,
+    ) -> [V; 3] {
+        let (n, dn, n_exp) = (port.n, column(&port.dn, col), port.n_exp);
+        let along = sink.put(&self.dn_dot[col], col, dot(n, dn), n_exp.up(1));
+        let along = sink.put(&self.along, col, along.mul_wide(inv_nn), n_exp.like(0));
+        let mut out = n;
+        for c in 0..3 {
+            let sum = dn[c].up(self.lift_dn[col]) - n[c].mul(along).up(self.lift_along[col]);
+            out[c] = sink.put(&self.dn_perp[col], 3 * col + c, sum, n_exp);
         }
         out
     }
 
     /// ⟨n,h⟩/⟨e2,h⟩; 0 where e2 ⟂ h, which only a parallel frame has.
     #[inline(always)]
-    fn cotangent<const N: usize, T: Tap>(
-        &self,
-        sink: &mut LaneSink<'_, N, T>,
-        roms: &Roms,
-        n_h: &[i64; N],
-        e2_h: &[i64; N],
-    ) -> [i64; N] {
-        let lanes = sink.n;
-        let [mut m, mut e, mut y] = [[0; N]; 3];
-        mantissa(lanes, |i| e2_h[i].abs().max(1), &mut m, &mut e);
-        roms.recip.recip_lanes::<N, T>(lanes, &m, &mut y);
-        let (mut k, mut e_k) = (m, [0; N]);
-        mantissa(lanes, |i| n_h[i].abs().max(1), &mut k, &mut e_k);
-        let product = |i: usize| {
-            let product = mul_unsigned::<T>(k[i], y[i]);
-            let product = if n_h[i] == 0 || e2_h[i] == 0 { 0 } else { product };
-            if (n_h[i] < 0) == (e2_h[i] < 0) { product } else { -product }
-        };
+    fn cotangent<V: Vector>(&self, sink: &mut impl Writes<V>, roms: &Roms, n_h: V, e2_h: V) -> V {
+        let one = n_h.like(1);
+        let (m, e) = mantissa(e2_h.abs().larger(one));
+        let (k, e_k) = mantissa(n_h.abs().larger(one));
+        let product = k.mul_unsigned(roms.recip.recip(m));
+        let product = (n_h.zero() | e2_h.zero()).select(one.like(0), product);
+        let product = (n_h ^ e2_h).negative().select(-product, product);
         // k·2^(e_k − 30 − n_frac) · y·2^(−30 − e + e2_frac), h's fraction bits cancel.
-        let fixed = 2 * P + self.cot_frac - self.turn[0].frac();
-        let shift = Shift::new(lanes, &self.turn[0], |i| fixed - e_k[i] + e[i]);
-        let mut out = [0; N];
-        sink.shift(&self.turn[0], 0, &shift, product, |_| 0, &mut out);
-        out
+        let fixed = 2 * i64::from(PORT_FRAC) + self.cot_frac - self.turn[0].frac();
+        sink.shifted(&self.turn[0], 0, product, (e - e_k).plus(fixed), one.like(0))
     }
 
     /// ∂n⊥ + b1 ∂e1 + b2 ∂e2 of one column, exact.
     #[inline(always)]
-    fn turned<const N: usize, T: Tap>(
+    fn turned<V: Vector>(
         &self,
-        sink: &mut LaneSink<'_, N, T>,
+        sink: &mut impl Writes<V>,
         col: usize,
-        frame: &Bumped<'_, N>,
-        perp: &Lanes<N, 3>,
-        [inv_nn, cot, n_exp]: [&[i64; N]; 3],
-    ) -> Lanes<N, 3> {
-        let lanes = sink.n;
-        let e = [frame.e1, frame.e2];
-        let mut tilt = [[0; N]; 2];
-        for (k, tilt) in tilt.iter_mut().enumerate() {
+        (port, frame): (&Inputs<V>, &local_frame::Out<V>),
+        perp: [V; 3],
+        [inv_nn, cot]: [V; 2],
+    ) -> [V; 3] {
+        let (e, n_exp) = ([frame.e1, frame.e2], port.n_exp);
+        let none = n_exp.like(0);
+        let mut tilt = [none; 2];
+        for k in 0..2 {
             let c = 2 * col + k;
-            let mut along = [0; N];
-            sink.write(
-                &self.perp_dot_e[k],
-                c,
-                |i| dot::<T>(take(perp, i), take(e[k], i)),
-                |i| 2 * n_exp[i],
-                &mut along,
-            );
-            let product = |i: usize| mul_wide::<T>(along[i], inv_nn[i]);
-            sink.write(&self.tilt, c, product, |_| 0, tilt);
+            let along = sink.put(&self.perp_dot_e[k], c, dot(perp, e[k]), n_exp.up(1));
+            tilt[k] = sink.put(&self.tilt, c, along.mul_wide(inv_nn), none);
         }
-        let product = |i: usize| mul::<T>(tilt[0][i], cot[i]);
-        let mut turn = [0; N];
-        sink.write(&self.turn[1], 1 + col, product, |_| 0, &mut turn);
-        let mut out = [[0; N]; 3];
-        for (c, out) in out.iter_mut().enumerate() {
-            *out = each(lanes, |i| perp[c][i] << self.b_lift[0]);
+        let turn = sink.put(&self.turn[1], 1 + col, tilt[0].mul(cot), none);
+        let mut out = perp;
+        for c in 0..3 {
+            out[c] = perp[c].up(self.b_lift[0]);
             for k in 0..2 {
-                let (other, sign) = if k == 0 { (e[1], 1) } else { (e[0], -1) };
-                let lift = self.de_lift[k];
-                let exact = |i: usize| {
-                    ((sign * mul::<T>(turn[i], other[c][i])) << lift[1])
-                        - (mul::<T>(tilt[k][i], frame.n[c][i]) << lift[0])
-                };
-                let at = 6 * col + 3 * k + c;
-                let mut de = [0; N];
-                sink.write(&self.de[k], at, exact, |i| n_exp[i], &mut de);
-                *out = each(lanes, |i| out[i] + (mul::<T>(frame.b[k][i], de[i]) << self.b_lift[1]));
+                let turned = turn.mul(e[1 - k][c]).up(self.de_lift[k][1]);
+                let turned = if k == 0 { turned } else { -turned };
+                let exact = turned - tilt[k].mul(port.n[c]).up(self.de_lift[k][0]);
+                let de = sink.put(&self.de[k], 6 * col + 3 * k + c, exact, n_exp);
+                out[c] = out[c] + port.b[k].mul(de).up(self.b_lift[1]);
             }
         }
         out
-    }
-}
-
-/// The step: ∂n_mod in n_mod's nominal scale.
-#[inline(always)]
-pub fn normal_derivative<const N: usize, T: Tap>(
-    cfg: &Cfg,
-    roms: &Roms,
-    input: In<'_, N>,
-    dn_mod: &mut Lanes<N, 6>,
-    flags: &mut [Flags],
-    tap: &mut T,
-) {
-    let mod_frac = cfg.dn_mod[0].frac();
-    let mut sink = LaneSink::<N, T>::new(flags, tap);
-    let lanes = sink.n;
-    let (n_exp, lift) = (input.n_exp, input.n_lift);
-    let exp = |i: usize| n_exp[i] + lift[i];
-    let frame = match (&input.bumped, cfg.dnmod) {
-        (None, _) | (_, Dnmod::Paper) => {
-            for (col, q) in [(0, &cfg.dn_mod[0]), (1, &cfg.dn_mod[1])] {
-                let shift = Shift::new(lanes, q, |i| q.frac_in - mod_frac + lift[i]);
-                for c in 3 * col..3 * col + 3 {
-                    let dn = |i: usize| input.dn[c][i];
-                    sink.shift(q, c, &shift, dn, exp, &mut dn_mod[c]);
-                }
-            }
-            return;
-        }
-        (Some(frame), _) => frame,
-    };
-    let n = frame.n;
-    let square: [i64; N] = each(lanes, |i| dot::<T>(take(n, i), take(n, i)).max(1));
-    let [mut m, mut e, mut inv] = [[0; N]; 3];
-    mantissa(lanes, |i| square[i], &mut m, &mut e);
-    roms.recip.recip_lanes::<N, T>(lanes, &m, &mut inv);
-    let fixed = i64::from(PORT_FRAC) - 2 * cfg.n_frac - cfg.inv_nn.frac();
-    let shift = Shift::new(lanes, &cfg.inv_nn, |i| fixed + e[i]);
-    let inv_exp = |i: usize| -2 * n_exp[i];
-    let mut inv_nn = [0; N];
-    sink.shift(&cfg.inv_nn, 0, &shift, |i| inv[i], inv_exp, &mut inv_nn);
-    let mut perp = [[[0; N]; 3]; 2];
-    for (col, perp) in perp.iter_mut().enumerate() {
-        *perp = cfg.perpendicular(&mut sink, col, n, column(input.dn, col), &inv_nn, n_exp);
-    }
-    let q = &cfg.dn_mod[2];
-    let mut exact_frac = cfg.dn_perp[0].frac();
-    if cfg.dnmod == Dnmod::Frame {
-        let n_h = each(lanes, |i| dot::<T>(take(n, i), take(frame.h, i)));
-        let e2_h = each(lanes, |i| dot::<T>(take(frame.e2, i), take(frame.h, i)));
-        let cot = cfg.cotangent(&mut sink, roms, &n_h, &e2_h);
-        for (col, perp) in perp.iter_mut().enumerate() {
-            *perp = cfg.turned(&mut sink, col, frame, perp, [&inv_nn, &cot, n_exp]);
-        }
-        exact_frac = q.frac_in;
-    }
-    let shift = Shift::new(lanes, q, |i| exact_frac - mod_frac + lift[i]);
-    for (col, perp) in perp.iter().enumerate() {
-        for (c, perp) in perp.iter().enumerate() {
-            let c = 3 * col + c;
-            sink.shift(q, c, &shift, |i| perp[i], exp, &mut dn_mod[c]);
-        }
     }
 }

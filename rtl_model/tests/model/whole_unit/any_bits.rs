@@ -168,7 +168,7 @@ fn one_and_thirty_two_lanes_give_the_same_registers_and_results() {
 }
 
 /// What every lane of the stages before `address` hands on.
-type Handed = (Flags, i64, i64, [i64; 2], usize, [i64; 2]);
+type Handed = (Flags, i64, i64, [i64; 2], i64, [i64; 2]);
 
 fn handed<const N: usize>(unit: &Unit, words: &[Words], tap: &mut impl Tap) -> Vec<Handed> {
     let (mut out, mut results) = (Vec::new(), Results::<N>::default());

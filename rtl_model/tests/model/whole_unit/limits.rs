@@ -107,14 +107,12 @@ fn a_wide_integer_part_of_e1_counts_in_the_turning_frame() {
 fn footprint_of(config: &Config, lambda: [i64; 2], exp: i64) -> Option<[i64; 3]> {
     let cfg = footprint::Cfg::new(config, 1 << 14).ok()?;
     let roms = Roms::new(config).expect("tables");
-    let axes = eigen::Out::<1> { lambda: lambda.map(|l| [l]), exp: [exp], axis: [[1 << 20], [0]] };
-    let mut out = footprint::Out::<1>::default();
-    let mut record = Record::default();
-    let mut flags = [rtl_model::fx::Flags::default()];
-    let input = footprint::In { eigen: &axes };
-    footprint::footprint(&cfg, &roms, input, &mut out, &mut flags, &mut record);
+    let axes = eigen::Out { lambda, exp, axis: [1 << 20, 0] };
+    let (mut record, mut flags) = (Record::default(), rtl_model::fx::Flags::default());
+    let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut record };
+    let out = footprint::footprint(&cfg, &roms, &axes, &mut sink);
     let code = |reg| record.0.iter().find(|r| r.1 == reg).map_or(0, |r| r.3);
-    Some([out.count[0], code(Reg::FootLength), code(Reg::FootWidth)])
+    Some([out.count, code(Reg::FootLength), code(Reg::FootWidth)])
 }
 
 #[test]
@@ -170,13 +168,11 @@ fn a_wrapped_lambda_does_not_overflow_the_feline_line() {
         let Ok(cfg) = cfg else { panic!("the lambda register is legal: {cfg:?}") };
         let roms = Roms::new(&config).expect("tables");
         for lambda in [-(1i64 << 39), -(1 << 39) + 1, -1, 0, (1 << 39) - 1] {
-            let axes =
-                eigen::Out::<1> { lambda: [[lambda], [0]], exp: [exp], axis: [[1 << 20], [0]] };
-            let mut out = footprint::Out::<1>::default();
-            let mut flags = [rtl_model::fx::Flags::default()];
-            let input = footprint::In { eigen: &axes };
-            footprint::footprint(&cfg, &roms, input, &mut out, &mut flags, &mut NoTap);
-            assert!((1..=16).contains(&out.count[0]));
+            let axes = eigen::Out { lambda: [lambda, 0], exp, axis: [1 << 20, 0] };
+            let mut flags = rtl_model::fx::Flags::default();
+            let mut sink = Sink { lane: 0, flags: &mut flags, tap: &mut NoTap };
+            let out = footprint::footprint(&cfg, &roms, &axes, &mut sink);
+            assert!((1..=16).contains(&out.count));
         }
     }
 }
