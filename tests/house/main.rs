@@ -9,3 +9,4 @@ mod markdown;
 mod no_floats;
 mod programs;
 mod twins;
+mod wide;

@@ -160,7 +160,7 @@ pub trait Simd: Copy + Debug {
 #[inline(always)]
 fn place<const N: usize>(at: usize, len: usize) -> usize {
     const { assert!(N.is_power_of_two(), "a block has a power of two of lanes") };
-    debug_assert!(at + len <= N && at % len == 0, "lanes {at} of {N}, {len} at a time");
+    debug_assert!(at + len <= N && at.is_multiple_of(len), "lanes {at} of {N}, {len} at a time");
     at & (N - len)
 }
 

@@ -58,8 +58,13 @@ impl<const N: usize> HitFront<N> {
         self.words.get(lane).is_some_and(|words| words.cone.is_some())
     }
 
+    #[inline(always)]
     fn any_cone(&self, len: usize) -> bool {
-        (0..len).any(|lane| self.has_cone(lane))
+        let mut any = false;
+        for lane in 0..len.min(N) {
+            any |= self.words[lane].cone.is_some();
+        }
+        any
     }
 
     /// Powers of two of the directions that ENV looks up.
@@ -121,16 +126,19 @@ impl HitUnit {
         }
         let r = sink.vector_port(&self.hit.direction, words.r, &mut all_finite);
         store(direction, lane, r.m);
-        front.cone[lane] = words.cone.map(|cone| {
+        front.cone[lane] = None;
+        if let Some(cone) = words.cone {
             // A stochastic store looks at the ray alone: the same bits in every lane and on every thread.
-            let ray = words.x.into_iter().chain(words.r).chain(cone);
-            let mut dither = self
-                .cone
-                .dither(ray.fold(0, |sum, word| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-            all_finite &= cone.iter().all(|word| Dyadic::binary64(*word).1);
-            let cone = self.cone.load(cone, &mut dither, sink.flags);
-            (cone, dither)
-        });
+            let mut sum = 0u64;
+            for word in words.x.into_iter().chain(words.r).chain(cone) {
+                sum = (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            }
+            for word in cone {
+                all_finite &= Dyadic::binary64(word).1;
+            }
+            let mut dither = self.cone.dither(sum);
+            front.cone[lane] = Some((self.cone.load(cone, &mut dither, sink.flags), dither));
+        }
         sink.flags.event(Event::HitNotFinite, !all_finite);
     }
 
