@@ -149,6 +149,25 @@ impl SceneArgs {
         }
     }
 
+    /// Refuses the first of `flags` that was given: nothing would read it without `expected`.
+    pub(super) fn refuse_idle(&self, flags: &[&str], expected: &str) -> Result<(), InputError> {
+        let given = [
+            ("--env", self.env.is_some()),
+            ("--texture", self.texture.is_some()),
+            ("--bounces", self.bounces.is_some()),
+            ("--bump", self.bump.is_some()),
+            ("--face-size", self.face_size.is_some()),
+            ("--mesh", self.mesh.is_some()),
+            ("--distance", self.distance.is_some()),
+        ];
+        match given.into_iter().find(|(flag, given)| *given && flags.contains(flag)) {
+            Some((flag, _)) => {
+                Err(InputError::new(flag, expected, "nothing that reads it", "leave it out"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Refuses `--texture` and `--bounces` where nothing would read them.
     pub(super) fn refuse_texture(&self) -> Result<(), InputError> {
         let flag = match (&self.texture, self.bounces) {

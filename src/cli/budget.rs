@@ -65,6 +65,16 @@ fn word(verdict: Verdict) -> &'static str {
 fn bounds(args: &Args, spec: &UnitSpec, target: JsonTarget) -> Result<(), Failure> {
     let (rows, cases) = match &args.over {
         None => {
+            let flags = [
+                "--env",
+                "--texture",
+                "--bounces",
+                "--bump",
+                "--face-size",
+                "--mesh",
+                "--distance",
+            ];
+            args.scene.refuse_idle(&flags, "--scene or --attribution beside it")?;
             let bar = Bar::new("budget", budget::total(args.cases));
             let rows = budget::registers(spec, args.cases, args.seed, &|n| bar.add(n))?;
             (rows, format!("{} cases", budget::total(args.cases)))

@@ -153,7 +153,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
     let spec = args.unit.load()?;
     match (&args.input, &args.scene, args.pixel) {
-        (Some(input), _, _) => lines(args, &spec, input),
+        (Some(input), _, _) => {
+            let built = ["--bump", "--mesh", "--bounces"];
+            args.scene_args.refuse_idle(&built, "a scene with --pixel, not trace lines")?;
+            lines(args, &spec, input)
+        }
         (None, Some(scene), Some(xy)) => {
             let settings = args.run.settings(&spec);
             let (job, _) = job::load(scene, &args.scene_args, &settings)?;

@@ -116,3 +116,16 @@ fn bump_maps_of_both_kinds_render_and_others_are_refused() {
     run("oiio-bump.exr", &["--bump-scale", "nan"]).refused(&["--bump-scale"]);
     run("oiio-bumpslope.exr", &[]).refused(&["oiio-bumpslope.exr", "channels"]);
 }
+
+#[test]
+fn a_flag_that_nothing_reads_is_an_error() {
+    for args in [
+        &["budget", "--env", "none.exr"][..],
+        &["budget", "--mesh", "none.obj"],
+        &["budget", "--face-size", "64"],
+        &["trace", "--input", "-", "--bump", "none.png"],
+        &["trace", "sphere", "--input", "-", "--mesh", "none.obj"],
+    ] {
+        tapline(args).refused(&["nothing that reads it"]);
+    }
+}
