@@ -1,6 +1,6 @@
 //! Images through the binary: damaged and unusual ones end in status 0 or 2 with one message.
 
-use crate::run::{names, shared, tapline_in};
+use crate::run::{names, shared, tapline, tapline_in};
 use std::time::{Duration, Instant};
 
 #[test]
