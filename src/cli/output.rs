@@ -65,13 +65,16 @@ pub(super) enum Kind {
 
 impl Kind {
     pub(super) fn of(path: &Path) -> Result<Self, InputError> {
+        if path.as_os_str() == "-" {
+            return Ok(Self::Exr);
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("exr") => Ok(Self::Exr),
             Some("png") => Ok(Self::Png),
             other => Err(InputError::new(
                 path.display().to_string(),
-                "a name that ends in .exr or .png",
+                "a name that ends in .exr or .png, or `-` for an EXR on stdout",
                 other.map_or("no ending".into(), |e| format!(".{e}")),
                 "choose one of the two",
             )),

@@ -19,7 +19,7 @@ pub(super) struct Args {
     /// Engine: rtl, gpu, sampler, f64, ewa or truth.
     #[arg(long, value_enum)]
     engine: EngineKind,
-    /// Picture: .exr (linear) or .png (8-bit sRGB).
+    /// Picture: .exr (linear) or .png (8-bit sRGB); `-` is an EXR on stdout.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Samples of an EXR file.

@@ -252,7 +252,8 @@ fn load(
     suits: Suits<'_>,
 ) -> Result<Vec<Planar>, InputError> {
     let (path, chosen) = selector(path);
-    let subject = path.display().to_string();
+    let piped = path.as_os_str() == "-";
+    let subject = if piped { "standard input".into() } else { path.display().to_string() };
     let bytes = read_file(path, &subject, options)?;
     let hdr_name = path
         .extension()
@@ -284,7 +285,11 @@ fn read_file(path: &Path, subject: &str, options: &LoadOptions) -> Result<Vec<u8
         InputError::new(subject, "a readable image file", error.to_string(), "check the path")
     };
     let limit = options.max_bytes().saturating_mul(4);
-    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let file: Box<dyn Read> = if path.as_os_str() == "-" {
+        Box::new(std::io::stdin().lock())
+    } else {
+        Box::new(std::fs::File::open(path).map_err(unreadable)?)
+    };
     let mut bytes = Vec::new();
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
     if u64::try_from(bytes.len()).is_ok_and(|n| n > limit) {

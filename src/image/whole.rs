@@ -13,7 +13,7 @@ use crate::error::InputError;
 /// A file under construction; dropped without [`WholeFile::commit`], it never was.
 ///
 /// A link is followed: the file it points to is replaced. The rights of a file that is replaced stay.
-/// A device or pipe (`/dev/null`) cannot be
+/// A device or pipe (`/dev/null`, and stdout, which is `-`) cannot be
 /// replaced and is written to directly.
 #[derive(Debug)]
 pub struct WholeFile {
@@ -30,7 +30,9 @@ impl WholeFile {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, InputError> {
         let path = path.into();
         let path = target(path);
-        let checked = if path.is_dir() {
+        let checked = if is_stdout(&path) {
+            Ok(())
+        } else if path.is_dir() {
             Err(io::Error::other("a folder"))
         } else if is_special(&path) {
             std::fs::File::options().write(true).open(&path).map(drop)
@@ -66,6 +68,10 @@ impl WholeFile {
 
     /// Writes the contents, under their final name only where that is a device.
     fn put(&self) -> io::Result<Option<TempPath>> {
+        if is_stdout(&self.path) {
+            let mut out = io::stdout().lock();
+            return out.write_all(&self.contents).and_then(|()| out.flush()).map(|()| None);
+        }
         if is_special(&self.path) {
             std::fs::File::options().write(true).open(&self.path)?.write_all(&self.contents)?;
             return Ok(None);
@@ -165,6 +171,10 @@ fn target(mut path: PathBuf) -> PathBuf {
         path = folder(&path).join(to);
     }
     path
+}
+
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// Whether a path names something that cannot be replaced.

@@ -178,3 +178,32 @@ fn without_a_window_system_the_list_of_adapters_has_no_complaint_before_it() {
         .unwrap();
     assert!(!String::from_utf8_lossy(&out.stderr).contains("XDG_RUNTIME_DIR"));
 }
+
+#[test]
+fn a_picture_goes_to_stdout_and_a_map_comes_from_stdin() {
+    use std::io::Write as _;
+    use std::process::Stdio;
+    let folder = tempfile::tempdir().unwrap();
+    let render = |input: &str, output: &str, bytes: &[u8]| -> Vec<u8> {
+        let args = ["render", "sphere", "--engine", "rtl", "--size", "16x16", "--face-size", "16"];
+        let mut child = crate::run::command()
+            .args(args)
+            .args(["--env", input, "-o", output])
+            .current_dir(folder.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(bytes).unwrap();
+        let out = child.wait_with_output().unwrap();
+        assert!(out.status.success());
+        out.stdout
+    };
+    let lat_long = ["render", "sphere", "--engine", "f64", "--size", "64x32", "-o", "map.exr"];
+    assert_eq!(tapline_in(folder.path(), &lat_long).status, Some(0));
+    let map = std::fs::read(folder.path().join("map.exr")).unwrap();
+    assert!(render("map.exr", "file.exr", b"").is_empty());
+    let file = std::fs::read(folder.path().join("file.exr")).unwrap();
+    assert_eq!(render("-", "-", &map), file);
+}
