@@ -14,7 +14,7 @@ use tapline::scene::{self, SceneOptions};
 use tapline::unit::{ReferenceAxis, UnitSpec};
 
 use super::floor::{Floor, Request};
-use super::{Table, threads, time, two_cores};
+use super::{Lowest, Table, threads, time, two_cores};
 
 /// The steps of ENV in their order.
 const STEPS: [&str; 11] = [
@@ -33,6 +33,9 @@ const STEPS: [&str; 11] = [
 /// Probes of the rows that tell the cost of a probe from that of a fragment.
 const COUNTS: [i64; 2] = [1, 16];
 
+/// Fragments of the whole engines' pieces: as many as one task takes.
+const PIECE: usize = 32 * LANES;
+
 /// A scene and its engines.
 pub(crate) struct Env {
     title: String,
@@ -44,15 +47,15 @@ pub(crate) struct Env {
     requests: [Vec<Request>; 3],
 }
 
-/// Lowest seconds of a level's parts.
-#[derive(Clone)]
+/// Lowest seconds of a level's parts, piece by piece: of pieces of some microseconds, a busy machine leaves some alone.
+#[derive(Clone, Default)]
 struct Times {
-    load: f64,
-    steps: [f64; 11],
-    front: f64,
-    back: [f64; 3],
-    floor: [f64; 3],
-    whole: f64,
+    load: Lowest,
+    steps: [Lowest; 11],
+    front: Lowest,
+    back: [Lowest; 3],
+    floor: [Lowest; 3],
+    whole: Lowest,
 }
 
 impl Env {
@@ -99,19 +102,16 @@ impl Env {
         self.engine.filter(&self.words, &|_| {}).probes
     }
 
-    /// Groups of blocks behind all steps.
-    fn each_group(
-        &self,
-        level: Level,
-        mut each: impl FnMut(&Self, &mut [EnvBlock<LANES>], &mut Results<LANES>),
-    ) {
+    /// Groups of blocks behind all steps, each with its number.
+    fn each_group(&self, level: Level, mut each: impl FnMut(&Self, &mut [EnvBlock<LANES>], f64)) {
         let mut group = vec![Block::default(); GROUP];
-        let mut out = Results::default();
         for words in self.words.chunks(GROUP * LANES) {
+            let start = Instant::now();
             let used = self.load(words, &mut group);
             let (unit, memory) = (&self.engine.unit, &self.engine.memory);
             unit.steps(level, 0..STEPS.len(), memory, &mut group[..used], &mut NoTapStandard);
-            each(self, &mut group[..used], &mut out);
+            let seconds = start.elapsed().as_secs_f64();
+            each(self, &mut group[..used], seconds);
         }
     }
 
@@ -128,77 +128,76 @@ impl Env {
         let mut group = vec![Block::default(); GROUP];
         let mut out = Results::default();
         let tap = &mut NoTapStandard;
-        let (mut load, mut steps, mut back) = (0.0, [0.0; STEPS.len()], [0.0; 3]);
         // What the clock itself takes.
         let mut clock = f64::INFINITY;
         for _ in 0..1000 {
             time(&mut clock, || ());
         }
         let since = |start: Instant| start.elapsed().as_secs_f64() - clock;
-        for words in self.words.chunks(GROUP * LANES) {
+        for (piece, words) in self.words.chunks(GROUP * LANES).enumerate() {
             let start = Instant::now();
             let used = self.load(words, &mut group);
-            load += since(start);
+            lowest.load.note(piece, since(start));
             let group = &mut group[..used];
-            for (k, seconds) in steps.iter_mut().enumerate() {
+            for (k, lowest) in lowest.steps.iter_mut().enumerate() {
                 let start = Instant::now();
                 unit.steps(level, k..k + 1, memory, group, tap);
-                *seconds += since(start);
+                lowest.note(piece, since(start));
             }
-            for (seconds, count) in back.iter_mut().zip([None, Some(COUNTS[0]), Some(COUNTS[1])]) {
+            let counts = [None, Some(COUNTS[0]), Some(COUNTS[1])];
+            for (lowest, count) in lowest.back.iter_mut().zip(counts) {
                 group.iter_mut().for_each(|block| recount(block, count));
                 let start = Instant::now();
                 for block in &*group {
                     level.run(Finish { unit, block, memory, out: &mut out, tap: &mut *tap });
                 }
-                *seconds += since(start);
+                lowest.note(piece, since(start));
                 black_box(&out);
             }
         }
-        lowest.load = lowest.load.min(load);
-        for (to, seconds) in lowest.steps.iter_mut().zip(steps) {
-            *to = to.min(seconds);
-        }
-        for (to, seconds) in lowest.back.iter_mut().zip(back) {
-            *to = to.min(seconds);
-        }
-        time(&mut lowest.front, || self.each_group(level, |_, blocks, _| _ = black_box(blocks)));
+        let mut piece = 0;
+        self.each_group(level, |_, blocks, seconds| {
+            black_box(blocks);
+            lowest.front.note(piece, seconds - clock);
+            piece += 1;
+        });
         let texture = memory.texture.as_ref().expect("an environment");
-        for (seconds, requests) in lowest.floor.iter_mut().zip(&self.requests) {
-            time(seconds, || black_box(level.run(Floor { texture, requests })));
+        for (lowest, requests) in lowest.floor.iter_mut().zip(&self.requests) {
+            for (piece, requests) in requests.chunks(GROUP * LANES).enumerate() {
+                let start = Instant::now();
+                black_box(level.run(Floor { texture, requests }));
+                lowest.note(piece, since(start));
+            }
         }
     }
 
     /// Measures everything and prints it.
     pub(crate) fn measure(mut self, rounds: usize, table: &mut Table) {
-        let none = f64::INFINITY;
         let levels: Vec<Level> = Level::available().into_iter().rev().collect();
-        let empty = Times {
-            load: none,
-            steps: [none; 11],
-            front: none,
-            back: [none; 3],
-            floor: [none; 3],
-            whole: none,
-        };
-        let mut times = vec![empty; levels.len()];
-        let (mut float, mut two) = (none, none);
+        let mut times = vec![Times::default(); levels.len()];
+        let (mut float, mut two) = (Lowest::default(), f64::INFINITY);
+        let fragments = std::mem::take(&mut self.job.scene.fragments);
         for _ in 0..rounds {
             for (level, times) in levels.iter().zip(&mut times) {
                 self.pass(*level, times);
                 self.engine.level = *level;
-                time(&mut times.whole, || threads(1, || black_box(self.whole())));
+                for (piece, words) in self.words.chunks(PIECE).enumerate() {
+                    let start = Instant::now();
+                    threads(1, || black_box(self.engine.filter(words, &|_| {})));
+                    times.whole.note(piece, start.elapsed().as_secs_f64());
+                }
             }
             self.engine.level = levels[0];
             if two_cores() {
                 time(&mut two, || threads(2, || black_box(self.whole())));
             }
-            threads(1, || {
-                let seconds = self.float.render(&self.job, &|_| {}).map_or(none, |r| r.seconds);
-                float = float.min(seconds);
-            });
+            for (piece, fragments) in fragments.chunks(PIECE).enumerate() {
+                self.job.scene.fragments = fragments.to_vec();
+                let seconds = threads(1, || self.float.render(&self.job, &|_| {}));
+                float.note(piece, seconds.map_or(f64::INFINITY, |r| r.seconds));
+            }
         }
-        self.print(&levels, &times, float, two, table);
+        self.print(&levels, &times, float.seconds(), two, table);
     }
 
     fn print(&self, levels: &[Level], times: &[Times], float: f64, two: f64, table: &mut Table) {
@@ -218,48 +217,45 @@ impl Env {
                 table.row(name, &numbers, 1);
             }
         };
-        row("load", &|t| t.load);
+        row("load", &|t| t.load.seconds());
         for (k, name) in STEPS.iter().enumerate() {
-            row(name, &|t| t.steps[k]);
+            row(name, &|t| t.steps[k].seconds());
         }
-        let stages = |t: &Times| t.load + t.steps.iter().sum::<f64>();
+        let stages =
+            |t: &Times| t.load.seconds() + t.steps.iter().map(Lowest::seconds).sum::<f64>();
         // Seconds with one probe and with sixteen give the costs of a fragment and of a probe.
-        let slope = |t: [f64; 3]| (t[2] - t[1]) / 15.0;
+        let slope = |t: &[Lowest; 3]| (t[2].seconds() - t[1].seconds()) / 15.0;
         row("sum of stages", &stages);
-        row("front", &|t| t.front);
-        row("back", &|t| t.back[0]);
-        row("back, a fragment (F)", &|t| t.back[1] - slope(t.back));
-        row("back, a probe (P)", &|t| slope(t.back));
-        row("floor", &|t| t.floor[0]);
-        row("floor, a fragment", &|t| t.floor[1] - slope(t.floor));
-        row("floor, a probe", &|t| slope(t.floor));
-        row("whole", &|t| t.whole);
+        row("front", &|t| t.front.seconds());
+        row("back", &|t| t.back[0].seconds());
+        row("back, a fragment (F)", &|t| t.back[1].seconds() - slope(&t.back));
+        row("back, a probe (P)", &|t| slope(&t.back));
+        row("floor", &|t| t.floor[0].seconds());
+        row("floor, a fragment", &|t| t.floor[1].seconds() - slope(&t.floor));
+        row("floor, a probe", &|t| slope(&t.floor));
+        row("whole", &|t| t.whole.seconds());
         row("f64", &|_| float);
         let mut ratio = |name: &str, of: &dyn Fn(&Times) -> f64| {
             table.row(name, &times.iter().map(of).collect::<Vec<_>>(), 2);
         };
-        ratio("**f64 / whole**", &|t| float / t.whole);
-        ratio("**front / floor**", &|t| t.front / t.floor[0]);
-        ratio("**back / floor**", &|t| t.back[0] / t.floor[0]);
+        ratio("**f64 / whole**", &|t| float / t.whole.seconds());
+        ratio("**front / floor**", &|t| t.front.seconds() / t.floor[0].seconds());
+        ratio("**back / floor**", &|t| t.back[0].seconds() / t.floor[0].seconds());
         let best = &times[0];
-        ratio("**front / widest front**", &|t| t.front / best.front);
-        ratio("**back / widest back**", &|t| t.back[0] / best.back[0]);
+        ratio("**front / widest front**", &|t| t.front.seconds() / best.front.seconds());
+        ratio("**back / widest back**", &|t| t.back[0].seconds() / best.back[0].seconds());
         if two.is_finite() {
             println!(
                 "| **one / two threads** | {:.2} |{}",
-                best.whole / two,
+                best.whole.seconds() / two,
                 " |".repeat(times.len() - 1)
             );
         }
         for (name, t) in names.iter().zip(times) {
-            let what = format!("{}, {name}", self.title);
-            table.at_most(&format!("{what}: front / sum of stages"), t.front, 1.15, stages(t));
-            table.at_most(
-                &format!("{what}: whole / (front + back)"),
-                t.whole,
-                1.1,
-                t.front + t.back[0],
-            );
+            let (what, front) = (format!("{}, {name}", self.title), t.front.seconds());
+            let (back, whole) = (t.back[0].seconds(), t.whole.seconds());
+            table.at_most(&format!("{what}: front / sum of stages"), front, 1.15, stages(t));
+            table.at_most(&format!("{what}: whole / (front + back)"), whole, 1.1, front + back);
         }
     }
 }

@@ -15,6 +15,25 @@ pub(crate) fn time<R>(lowest: &mut f64, work: impl FnOnce() -> R) -> R {
     out
 }
 
+/// Lowest seconds of each piece of a part.
+#[derive(Clone, Default)]
+pub(crate) struct Lowest(Vec<f64>);
+
+impl Lowest {
+    /// Notes the seconds of a piece.
+    pub(crate) fn note(&mut self, piece: usize, seconds: f64) {
+        if piece == self.0.len() {
+            self.0.push(seconds);
+        }
+        self.0[piece] = self.0[piece].min(seconds);
+    }
+
+    /// Seconds of all pieces.
+    pub(crate) fn seconds(&self) -> f64 {
+        self.0.iter().sum()
+    }
+}
+
 /// Runs `work` on a pool of `n` threads.
 pub(crate) fn threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
     // Pools are kept: making one costs more than a part.
