@@ -1,7 +1,7 @@
 //! Register writes of stages that are written once for any number of lanes.
 //!
 //! A stage computes on values of [`Vector`]s and hands each to a register. [`Sink`] writes one lane exactly, whatever the
-//! register's rounding and overflow, sets its flags and tells the tap: traces run with it. [`Fast`] writes several
+//! register's rounding and overflow, sets its flags and tells the tap: traces run with it. `Fast` writes several
 //! lanes of a standard unit without a branch and notes whether anything left the plain case (a value out of range, a
 //! left shift, an event). Where that is so, the stage is run again for these lanes, one by one, with a [`Sink`].
 
@@ -21,7 +21,7 @@ pub trait Writes<V: Vector> {
     /// as in range.
     fn shift_code(&mut self, q: &Register, x: V, right: V, most: i64) -> V;
 
-    /// [`Writes::shift`] that takes left shifts as well, where `right` is negative.
+    /// `Writes::shifted` for shifts of either direction: a negative `right` shifts left.
     fn shift_either(&mut self, q: &Register, c: usize, x: V, right: V, exponent: V) -> V;
 
     /// Normalises into a block register, or with `right` shifts by as much: mantissas, and their fraction bits.

@@ -63,7 +63,7 @@ impl CleanedDistances {
 /// or `face_size` asks for resampling, a texel that any infinite sample reaches is infinite.
 ///
 /// # Errors
-/// As [`load_planar`]; a channel that is not there (the message lists those that are), code values (PNG,
+/// As [`load_planar`](super::load_planar); a channel that is not there (the message lists those that are), code values (PNG,
 /// JPEG), a shape that is no environment, a cube beyond four times the size limit.
 pub fn load_distance(
     path: &Path,
