@@ -1,10 +1,14 @@
 //! Tapline: a bit-accurate simulator of a texture unit for filtered environment maps.
 //!
+//! Programs use the items of [`api`], which stand here at the crate's root: a [`Unit`] with every knob, a [`Scene`], and
+//! [`compare`], [`trace`], [`filter()`], [`vectors()`]. `examples` has three programs.
+//!
 //! Data flows one way: scenes make fragments and textures, an engine turns fragments into
 //! colours, and the report compares the pictures. `rtl_model` knows nothing of this crate.
 
 pub use rtl_model::policy;
 
+pub mod api;
 pub mod base;
 pub mod caustic;
 #[cfg(feature = "cli")]
@@ -44,3 +48,8 @@ pub mod study;
 pub mod taken;
 pub mod truth;
 pub mod unit;
+
+pub use api::{
+    Comparison, Judgement, Scene, Trace, Vector, Vectors, compare, filter, trace, vectors,
+};
+pub use unit::UnitSpec as Unit;

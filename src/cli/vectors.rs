@@ -6,8 +6,8 @@ use clap::{Subcommand, ValueEnum};
 
 use super::Failure;
 use super::args::UnitArgs;
+use crate::api::{Vector, Vectors};
 use crate::base::num;
-use crate::conformance::cases::{self, Schedule};
 use crate::conformance::check::{Checker, Verdict};
 use crate::conformance::header::{self, Language};
 use crate::conformance::read::{self, Comments};
@@ -92,10 +92,14 @@ struct What {
 }
 
 impl What {
-    fn load(&self) -> Result<(Harness, Subject, Build, UnitSpec), InputError> {
+    fn parts(&self) -> Result<(Subject, Build, UnitSpec), InputError> {
         let subject = Subject::parse(&self.stage)?;
-        let spec = self.unit.load()?;
         let build = Build { bump: !self.plain, rough: !self.plain, size: self.face_size };
+        Ok((subject, build, self.unit.load()?))
+    }
+
+    fn load(&self) -> Result<(Harness, Subject, Build, UnitSpec), InputError> {
+        let (subject, build, spec) = self.parts()?;
         let model = harness(&spec, subject, build)?;
         Ok((model, subject, build, spec))
     }
@@ -117,21 +121,20 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<(), Failure> {
-    let (mut model, subject, build, spec) = what.load()?;
-    let schedule = Schedule::new(&model, subject, level, seed);
-    let count = count.unwrap_or_else(|| schedule.cases());
-    let header = Header { subject, unit: spec.hash(), build, level, seed, count };
-    let shape = model.shape().clone();
+    let (subject, build, spec) = what.parts()?;
+    let vectors = Vectors::new(&spec, subject, build, (level, seed))?;
+    let vectors = match count {
+        Some(count) => vectors.count(count),
+        None => vectors,
+    };
+    let header =
+        Header { subject, unit: spec.hash(), build, level, seed, count: vectors.remaining() };
+    let shape = vectors.shape().clone();
     let format = what.format.unwrap_or(Format::Hex);
     let mut out = BufWriter::new(std::io::stdout().lock());
     out.write_all(header.text(&shape, format).as_bytes())?;
-    let mut input = vec![0; shape.input_len()];
-    let mut output = vec![0; shape.output_len()];
-    for index in 0..count {
-        cases::fill(&mut model, subject, schedule.place(index), &mut input);
-        model.run(&input, &mut output);
-        let line = text::line(&shape, format, &input, &output);
-        writeln!(out, "{line}")?;
+    for Vector { input, output } in vectors {
+        writeln!(out, "{}", text::line(&shape, format, &input, &output))?;
     }
     out.flush()?;
     Ok(())

@@ -118,23 +118,35 @@ pub fn load(unit: Option<&str>, sets: &[String]) -> Result<(UnitSpec, Origins), 
         },
     };
     for set in sets {
-        let Some((path, value)) = set.split_once('=') else {
-            return Err(InputError::new(
-                "--set",
-                "path=value",
-                format!("`{set}`"),
-                "write for instance --set footprint.max_probes=8",
-            ));
-        };
-        let named = |mut e: InputError| {
-            e.subject = "--set".into();
-            e
-        };
-        spec.assign(path.trim(), &parse_value(value.trim())).map_err(named)?;
-        origins.set.push((path.trim().into(), "--set".into()));
+        let path = assign(&mut spec, set)?;
+        origins.set.push((path.into(), "--set".into()));
     }
     origins.check(&spec, UnitSpec::check_widths)?;
     Ok((spec, origins))
+}
+
+/// Applies `path=value` to a unit whose widths are checked afterwards; the path.
+fn assign<'a>(spec: &mut UnitSpec, set: &'a str) -> Result<&'a str, InputError> {
+    let (path, value) = set.split_once('=').ok_or_else(|| {
+        InputError::new(
+            "--set",
+            "path=value",
+            format!("`{set}`"),
+            "write for instance --set footprint.max_probes=8",
+        )
+    })?;
+    spec.assign(path.trim(), &parse_value(value.trim())).map_err(|mut error| {
+        error.subject = "--set".into();
+        error
+    })?;
+    Ok(path.trim())
+}
+
+/// A unit with `path=value` applied.
+pub(super) fn set(mut spec: UnitSpec, set: &str) -> Result<UnitSpec, InputError> {
+    assign(&mut spec, set)?;
+    spec.check_widths()?;
+    Ok(spec)
 }
 
 pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, InputError> {

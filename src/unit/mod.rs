@@ -7,8 +7,8 @@ pub mod bounds;
 pub mod file;
 pub mod knobs;
 
+use fixed::types::{I40F24, I44F20};
 use rtl_model::cone::StoreRounding;
-use rtl_model::config::{ROTATION_FRAC, SCALE_FRAC};
 use rtl_model::unit::{HitUnit, Needs, TexUnit};
 use rtl_model::{Config, ConfigError, Unit};
 
@@ -78,17 +78,25 @@ impl UnitSpec {
         Some(spec)
     }
 
+    /// The unit with a knob set as `--set` does: `path=value`.
+    ///
+    /// # Errors
+    /// No such path, or a value that it does not take: the message has the path, what is legal and what was given.
+    pub fn with(self, set: &str) -> Result<Self, InputError> {
+        file::set(self, set)
+    }
+
     /// Sets s for every engine; the integer model takes it to the nearest 2^−20.
     pub fn set_scale(&mut self, scale: f64) {
         self.roughness_scale = scale;
-        self.config.roughness_scale = fixed_bits(scale, SCALE_FRAC);
+        self.config.roughness_scale = I44F20::saturating_from_num(scale).to_bits();
     }
 
     /// Sets the rotation for every engine; the integer model takes it to the nearest 2^−24.
     pub fn set_rotation(&mut self, rotation: Option<[[f64; 3]; 3]>) {
         self.rotation = rotation;
         self.config.rotation =
-            rotation.map(|a| a.map(|row| row.map(|x| fixed_bits(x, ROTATION_FRAC))));
+            rotation.map(|a| a.map(|row| row.map(|x| I40F24::saturating_from_num(x).to_bits())));
     }
 
     /// The policies that the float engines honour.
@@ -114,12 +122,6 @@ impl UnitSpec {
     pub fn hash(&self) -> String {
         hash::hash_text(hash::text_hash(&file::to_toml(self)))
     }
-}
-
-/// x to the nearest multiple of 2^−frac, ties to even; |x| ≤ 2^20 by the knobs' ranges.
-fn fixed_bits(x: f64, frac: u32) -> i64 {
-    let scaled = (x * f64::from(1u32 << frac)).round_ties_even();
-    fixed::types::I53F11::saturating_from_num(scaled).to_num()
 }
 
 /// Face sizes that a unit must be able to serve.
