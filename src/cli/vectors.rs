@@ -109,7 +109,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     match &args.action {
         Action::Gen { what, header: Some(language), .. } | Action::Header { what, language } => {
             let (model, subject, _, spec) = what.load()?;
-            let text = header::declare(*language, subject, model.shape(), &spec.hash());
+            let text = header::declare(*language, subject, model.shape(), &spec);
             std::io::stdout().lock().write_all(text.as_bytes())?;
             Ok(())
         }

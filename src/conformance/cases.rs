@@ -22,6 +22,8 @@ named! {
         Extremes = "extremes",
         /// Every number at an end of its range, at zero or next to it: the largest products and sums.
         Corners = "corners",
+        /// Numbers of one to three bits that are set: sums and products fall halfway between two codes, or one unit beside.
+        Ties = "ties",
     }
 }
 
@@ -29,7 +31,8 @@ impl Class {
     /// Whether it tells anything of a subject: the words of an operation have their own extremes.
     #[must_use]
     pub const fn concerns(self, subject: Subject) -> bool {
-        !matches!((self, subject), (Self::Corners, Subject::Env | Subject::Hit | Subject::Tex))
+        let own = matches!(self, Self::Corners | Self::Ties);
+        !(own && matches!(subject, Subject::Env | Subject::Hit | Subject::Tex))
     }
 
     const fn salt(self) -> u64 {
@@ -39,6 +42,7 @@ impl Class {
             Self::Patterns => 0x7061_7474,
             Self::Extremes => 0x6578_7472,
             Self::Corners => 0x636f_726e,
+            Self::Ties => 0x7469_6573,
         }
     }
 }
@@ -61,7 +65,9 @@ pub fn fill(model: &mut Harness, subject: Subject, place: Place, input: &mut [i6
     let Place { class, level, seed, index } = place;
     let mut random = Random::of_case(seed, class.salt(), index);
     let stimulus = match class {
-        Class::Ordinary | Class::Patterns | Class::Corners => ordinary(subject, &mut random),
+        Class::Ordinary | Class::Patterns | Class::Corners | Class::Ties => {
+            ordinary(subject, &mut random)
+        }
         Class::Exponents => exponents(subject, &mut random),
         Class::Extremes => extreme(subject, index, &mut random),
     };
@@ -71,6 +77,58 @@ pub fn fill(model: &mut Harness, subject: Subject, place: Place, input: &mut [i6
     }
     if class == Class::Corners {
         corners(model, index, &mut random, input);
+    }
+    if class == Class::Ties {
+        ties(model, &mut random, input);
+    }
+}
+
+/// Puts numbers of few bits in place of codes, mantissas and words. A quarter of the cases changes one field in two alone.
+fn ties(model: &Harness, random: &mut Random, input: &mut [i64]) {
+    let some = random.index(4) == 0;
+    let mut numbers = input.iter_mut();
+    for field in &model.shape().inputs {
+        let skip = some && random.index(2) == 0;
+        for number in numbers.by_ref().take(field.components) {
+            let few = match field.meaning {
+                _ if skip => *number,
+                Meaning::Code(_) | Meaning::Mantissa(_) => few_bits(field, random),
+                // The fraction of a binary64 word, under its own sign and exponent.
+                Meaning::Word => {
+                    let fraction = few(52, random).unsigned_abs() & ((1 << 52) - 1);
+                    (*number & !((1 << 52) - 1)) | fraction.cast_signed()
+                }
+                Meaning::Fraction(_)
+                | Meaning::Power
+                | Meaning::Choice(_)
+                | Meaning::Count(..)
+                | Meaning::Flags(_)
+                | Meaning::Small => *number,
+            };
+            let [low, high] = field.range;
+            *number = few.clamp(low, high);
+        }
+    }
+}
+
+/// A number of a field with few bits set.
+fn few_bits(field: &Field, random: &mut Random) -> i64 {
+    let bits = field.bits - u32::from(field.signed);
+    let x = few(bits, random);
+    if field.signed && random.index(2) == 0 { -x } else { x }
+}
+
+/// A sum of one to three powers of two below 2^bits, the last with either sign; sometimes 0 or the least unit besides.
+fn few(bits: u32, random: &mut Random) -> i64 {
+    let power = |random: &mut Random| 1_i64 << random.index(num::usize(bits.clamp(1, 62)));
+    let first = power(random);
+    match random.index(8) {
+        0 => 0,
+        1..=3 => first,
+        4 => first | power(random),
+        5 => (first - power(random)).abs(),
+        6 => first | power(random) | power(random),
+        _ => first | 1,
     }
 }
 
@@ -100,13 +158,14 @@ pub fn sweep_len(model: &Harness, level: u32) -> u64 {
     shape.inputs.iter().map(|f| patterns::count(f, level) * num::u64(f.components)).sum()
 }
 
-/// The cases of a vector file: every extreme, every pattern, corners, then ordinary numbers and exponents
+/// The cases of a vector file: every extreme, every pattern, corners, ties, then ordinary numbers and exponents
 /// by turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     extremes: u64,
     patterns: u64,
     corners: u64,
+    ties: u64,
     level: u32,
     seed: u64,
 }
@@ -122,14 +181,19 @@ impl Schedule {
             1 => 128,
             _ => 2048,
         };
-        Self { extremes, patterns, corners, level, seed }
+        let ties = match level {
+            _ if !Class::Ties.concerns(subject) => 0,
+            1 => 1024,
+            _ => 8192,
+        };
+        Self { extremes, patterns, corners, ties, level, seed }
     }
 
     /// Cases that cover the level.
     #[must_use]
     pub fn cases(&self) -> u64 {
         let more = if self.level > 1 { 4096 } else { 256 };
-        self.extremes + self.patterns + self.corners + more
+        self.extremes + self.patterns + self.corners + self.ties + more
     }
 
     /// Case `index`.
@@ -140,6 +204,7 @@ impl Schedule {
             (Class::Extremes, self.extremes),
             (Class::Patterns, self.patterns),
             (Class::Corners, self.corners),
+            (Class::Ties, self.ties),
         ] {
             if index < count {
                 return Place { class, level: self.level, seed: self.seed, index };

@@ -7,5 +7,7 @@
 mod budget;
 mod corners;
 mod mutants;
+mod packages;
+mod ties;
 #[cfg(feature = "files")]
 mod vectors;

@@ -88,10 +88,11 @@ fn malformed_lines_name_the_column() {
 #[test]
 fn declarations_hold_every_field_of_every_subject() {
     for subject in Subject::all() {
-        let own = harness(&UnitSpec::default(), subject, Build::default()).unwrap();
+        let spec = UnitSpec::default();
+        let own = harness(&spec, subject, Build::default()).unwrap();
         let shape = own.shape();
         for language in [Language::C, Language::Sv] {
-            let text = declare(language, subject, shape, "unit");
+            let text = declare(language, subject, shape, &spec);
             for field in shape.inputs.iter().chain(&shape.outputs) {
                 assert!(text.contains(&field.identifier()), "{}", field.name);
             }
