@@ -113,12 +113,12 @@ fn angles(spec: &UnitSpec, roms: &Roms, out: &mut Vec<Certified>) {
     });
 }
 
-/// Gaussian weights: their sums and their shapes.
+/// Weights of the probes: their sums and their shapes.
 fn probe_weights(spec: &UnitSpec, out: &mut Vec<Certified>) {
     let policy = &spec.config.policy.footprint;
     let (mut inputs, mut off) = (0, 0);
     for count in 1..=policy.max_probes {
-        let table = weights(count, policy.weight_bits, policy.count.has_end_points());
+        let table = weights(count, policy);
         inputs += u64::from(count);
         let sum: i64 = table.iter().sum();
         off = off.max((sum - (1 << policy.weight_bits)).abs());

@@ -68,14 +68,12 @@ pub fn flag_names(flags: u32) -> Vec<&'static str> {
 #[must_use]
 pub fn tables(settings: &Settings) -> Tables {
     let mut out = Tables::default();
-    if settings.policy.footprint.weights == Weights::Gaussian {
+    if settings.policy.footprint.weights != Weights::Box {
         let policy = &settings.policy.footprint;
-        let end_points = policy.count.has_end_points();
         let most = policy.max_probes.clamp(1, crate::gpu::policy::MOST_PROBES);
         #[expect(clippy::cast_precision_loss, reason = "the kernels count in f32")]
-        let weights = (1..=most)
-            .flat_map(|count| probe_weights(count, policy.weight_bits, end_points))
-            .map(|weight| weight as f32);
+        let weights =
+            (1..=most).flat_map(|count| probe_weights(count, policy)).map(|weight| weight as f32);
         out.weights = weights.collect();
     }
     let table = settings.reference_table;

@@ -66,6 +66,16 @@ pub enum GpuError {
         /// The missing feature.
         lacks: String,
     },
+    /// A knob's value that the kernels do not have.
+    #[error("{value}, which the kernels do not have")]
+    NoPolicy {
+        /// The knob's path.
+        path: &'static str,
+        /// What they have.
+        expected: &'static str,
+        /// The value.
+        value: &'static str,
+    },
     /// A shader or a command is not valid: a fault of this program or of the driver.
     #[error("{adapter} refused {doing}: {message}")]
     Refused {
@@ -107,6 +117,7 @@ impl GpuError {
             }
             Self::OutOfMemory { .. } => "ask for a smaller picture or a smaller --face-size",
             Self::TooLarge { .. } => "ask for a smaller --face-size or a smaller map",
+            Self::NoPolicy { .. } => "leave the gpu out",
             Self::Refused { .. } => "report it with the output of `tapline gpu list`",
         }
     }
@@ -121,6 +132,7 @@ impl GpuError {
             Self::OutOfMemory { .. } => ("gpu", "enough memory"),
             Self::TooLarge { .. } => ("gpu", "work within WebGPU's default limits"),
             Self::Unsupported { .. } => ("gpu", "a device that can do it"),
+            Self::NoPolicy { path, expected, .. } => (path, expected),
             Self::Refused { .. } => ("gpu", "work that the driver accepts"),
         }
     }

@@ -7,6 +7,7 @@ use crate::base::num;
 use crate::cube::CubeMap;
 use crate::distance::Distance;
 use crate::planar::PlanarMap;
+use crate::policy::FootprintRule;
 use crate::settings::Settings;
 
 /// What kernels read in addition to their operands: maps, tables, and the uniform that says how large they are.
@@ -40,6 +41,11 @@ impl<'a> Maps<'a> {
     ///
     /// More tables than a binding may have, or the driver's error.
     pub fn new(gpu: &'a Gpu, settings: &Settings, tables: &Tables) -> Result<Self, GpuError> {
+        let policy = settings.policy.footprint.policy;
+        if policy != FootprintRule::Paper {
+            let (path, value) = ("footprint.policy", policy.name());
+            return Err(GpuError::NoPolicy { path, expected: "paper", value });
+        }
         let black = [Layer { level: 0, layer: 0, size: [1, 1], bytes: wide(&[[0.0; 3]]) }];
         let words = tables.words();
         Ok(Self {

@@ -131,8 +131,8 @@ pub(super) fn back_end<T: Tap>(
     let chain = Chain { size, levels: texture.map_or(size.ilog2() as usize + 1, Texture::levels) };
     let mut flags = front.flags;
     let (lambda, axis) = (front.lambda, front.axis);
-    let Footprint { probes, lod, step } =
-        footprint(lambda, axis, chain, &settings.policy.footprint, &mut flags, tap);
+    let policy = (&settings.policy.footprint, prepared.spreads());
+    let Footprint { probes, lod, step } = footprint(lambda, axis, chain, policy, &mut flags, tap);
     let levels = Levels::new(lod, chain.levels);
     let sizes = levels
         .index

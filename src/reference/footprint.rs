@@ -3,7 +3,8 @@
 use super::flags::{Flag, Flags};
 use super::real::Narrow;
 use super::tap::{Tap, put};
-use crate::policy::{Count, FootprintPolicy};
+use crate::base::num;
+use crate::policy::{Count, FootprintPolicy, FootprintRule};
 use crate::stage::Stage;
 
 /// The mip chain that the footprint is measured against.
@@ -38,15 +39,19 @@ fn power_of_two_below(x: u32) -> u32 {
 /// Every rule widens m so that its count fits: `pow2` by the largest power of two that fits in
 /// `max_probes`, `feline` by (max + 1)/2. `feline` spaces its probes over 2(M − m) texels, ends
 /// included; the others over λ1, at the middles of equal parts.
+/// `moments` is the function below; it alone reads `spreads`, V_n of 1, 2, 3, … probes.
 #[inline]
 pub fn footprint<N: Narrow, T: Tap>(
     lambda: [N; 2],
     axis: [N; 2],
     chain: Chain,
-    policy: &FootprintPolicy,
+    (policy, spreads): (&FootprintPolicy, &[f64]),
     flags: &mut Flags,
     tap: &mut T,
 ) -> Footprint<N> {
+    if policy.policy == FootprintRule::Moments {
+        return moments(lambda, axis, chain, (policy, spreads), flags, tap);
+    }
     let number = N::from_f64;
     let (count, max) = (policy.count, policy.max_probes.max(1));
     let texels_per_unit = number(chain.size as f64) / number(2.0);
@@ -87,6 +92,63 @@ pub fn footprint<N: Narrow, T: Tap>(
     let stage = Stage::Footprint;
     put(tap, stage, "length", &[length]);
     put(tap, stage, "width", &[width]);
+    put(tap, stage, "probes", &[number(f64::from(probes))]);
+    put(tap, stage, "lod", &[lod]);
+    put(tap, stage, "step", &step);
+    Footprint { probes, lod, step }
+}
+
+/// The line whose probes, with their own width, have the variance of the ellipse and of level 0's tent.
+///
+/// With Λ = (λ·N/2)² and V the spread of all probes: m² = max(1 + Λ2/κ, (Λ1 + κ + ½τ'V)/(1.5·τ'V + κ)),
+/// R = Λ1 + κ − κm². Where R ≤ m², one probe with an eighth of R more; else the least n with
+/// τ·V_n·(1.5m² − ½) ≥ R, τ·V_n in eighths as a whole number. LOD = ½·log2 m², spacing √(R/V_n).
+fn moments<N: Narrow, T: Tap>(
+    lambda: [N; 2],
+    axis: [N; 2],
+    chain: Chain,
+    (policy, spreads): (&FootprintPolicy, &[f64]),
+    flags: &mut Flags,
+    tap: &mut T,
+) -> Footprint<N> {
+    let number = N::from_f64;
+    let texels_per_unit = number(chain.size as f64) / number(2.0);
+    let squares = lambda.map(|x| {
+        let length = x * texels_per_unit;
+        length * length
+    });
+    if squares.iter().any(|x| x.is_beyond_range()) {
+        flags.insert(Flag::LengthSaturated);
+    }
+    let [major, minor] = squares.map(N::saturated);
+    let kappa = number(f64::from(policy.kappa));
+    let full = f64::from(policy.tau_cap) / 8.0 * spreads.last().copied().unwrap_or(0.0);
+    let cap = (major + kappa + number(full / 2.0)) / (number(1.5 * full) + kappa);
+    let width_sq = (number(1.0) + minor / kappa).larger(cap);
+    let rest = (major + kappa - kappa * width_sq).larger(number(0.0));
+    let (mut probes, mut half_spacing, mut probe_sq) = (1, number(0.0), width_sq);
+    if rest > width_sq {
+        let per_spread = number(3.0) * width_sq - number(1.0);
+        let holds = |spread: &f64| {
+            let eighths = (f64::from(policy.tau) * spread + 0.5).floor();
+            number(eighths) * per_spread >= number(16.0) * rest
+        };
+        let index = spreads.iter().position(holds).unwrap_or(spreads.len().saturating_sub(1));
+        probes = num::u32(index) + 1;
+        let spread = spreads.get(index).copied().unwrap_or(0.0);
+        if spread > 0.0 {
+            half_spacing = (rest / number(spread)).sqrt() / number(2.0) / texels_per_unit;
+        }
+    } else {
+        probe_sq = width_sq + rest / number(8.0);
+    }
+    let last = number(chain.levels.saturating_sub(1) as f64);
+    // The width is at least 1.
+    let lod = -(-(probe_sq.log2() / number(2.0))).larger(-last);
+    let step = axis.map(|x| half_spacing * x + number(0.0));
+    let stage = Stage::Footprint;
+    put(tap, stage, "width_sq", &[probe_sq]);
+    put(tap, stage, "rest", &[rest]);
     put(tap, stage, "probes", &[number(f64::from(probes))]);
     put(tap, stage, "lod", &[lod]);
     put(tap, stage, "step", &step);

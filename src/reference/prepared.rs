@@ -2,7 +2,7 @@
 
 use super::angle::Angles;
 use super::real::saturate;
-use super::weights::probe_weights;
+use super::weights::{probe_weights, spreads};
 use crate::policy::{Axis, Weights};
 use crate::settings::Settings;
 
@@ -17,6 +17,7 @@ pub struct Prepared {
     angles: Option<Angles>,
     /// Weights of 1, 2, 3, … probes one after the other; empty where all weigh the same.
     weights: Vec<u32>,
+    spreads: Vec<f64>,
 }
 
 impl Prepared {
@@ -36,14 +37,12 @@ impl Prepared {
             settings.reference_table.filter(|_| policy.axis == Axis::EigenTable).map(Angles::new);
         let weights = match policy.weights {
             Weights::Box => Vec::new(),
-            Weights::Gaussian => (1..=policy.max_probes)
-                .flat_map(|count| {
-                    let end_points = policy.count.has_end_points();
-                    probe_weights(count, policy.weight_bits, end_points)
-                })
-                .collect(),
+            Weights::Gaussian | Weights::Bell => {
+                (1..=policy.max_probes).flat_map(|count| probe_weights(count, &policy)).collect()
+            }
         };
-        Self { settings, rotated, angles, weights }
+        let spreads = spreads(&policy);
+        Self { settings, rotated, angles, weights, spreads }
     }
 
     /// The settings.
@@ -60,6 +59,11 @@ impl Prepared {
     /// The angle table, where the axis comes from one.
     pub(super) fn angles(&self) -> Option<&Angles> {
         self.angles.as_ref()
+    }
+
+    /// V_n of 1, 2, 3, … probes; empty where the policy does not need it.
+    pub(super) fn spreads(&self) -> &[f64] {
+        &self.spreads
     }
 
     /// The weight of a probe.

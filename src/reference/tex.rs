@@ -66,8 +66,9 @@ pub fn tex<T: Tap>(
     let chain = Chain { size: 2, levels: size[0].max(size[1]).ilog2() as usize + 1 };
     let axis = axes.axis;
     let mut scaled = InPeriods { tap, scale: size.map(|n| 2.0 / n as f64) };
+    let policy = (&settings.policy.footprint, prepared.spreads());
     let Footprint { probes, lod, step } =
-        footprint(lambda, axis, chain, &settings.policy.footprint, &mut flags, &mut scaled);
+        footprint(lambda, axis, chain, policy, &mut flags, &mut scaled);
     let step = [0, 1].map(|i| saturate(step[i] * scaled.scale[i]));
     let centre = fragment.st.map(|x| saturate(2.0 * x - 1.0));
     let levels = Levels::new(lod, chain.levels);

@@ -358,7 +358,9 @@ pub fn bounds(config: &Config) -> Vec<Bound> {
     );
     let weights = match config.policy.footprint.weights {
         Weights::Box => "beside the row before",
-        Weights::Gaussian => "beside the row before; probe weights as the integers they are",
+        Weights::Gaussian | Weights::Bell => {
+            "beside the row before; probe weights as the integers they are"
+        }
     };
     add("filter.color, absolute", c[1], weights);
     out

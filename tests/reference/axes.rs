@@ -6,6 +6,7 @@ use tapline::policy::{Axis, Count, FootprintPolicy, Minor, Placement};
 use tapline::reference::angle::Angles;
 use tapline::reference::eigen::{Axes, eigen};
 use tapline::reference::footprint::{Chain, Footprint, footprint};
+use tapline::reference::weights::spreads;
 use tapline::reference::{Flags, NoTap, Prepared, env};
 use tapline::settings::{AngleTable, Settings};
 
@@ -16,7 +17,14 @@ fn axes(k: [f64; 3], minor: Minor) -> Axes<f64> {
 fn probes(lambda: [f64; 2], count: Count, max_probes: u32) -> Footprint<f64> {
     let chain = Chain { size: 256, levels: 9 };
     let policy = FootprintPolicy { count, max_probes, ..FootprintPolicy::default() };
-    footprint(lambda, [1.0, 0.0], chain, &policy, &mut Flags::default(), &mut NoTap)
+    footprint(
+        lambda,
+        [1.0, 0.0],
+        chain,
+        (&policy, &spreads(&policy)),
+        &mut Flags::default(),
+        &mut NoTap,
+    )
 }
 
 #[test]

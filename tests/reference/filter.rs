@@ -5,17 +5,22 @@ use support::reference::{
     Draw, PLAIN, Random, Strict, map, noise, plain, smaller, symmetries, turned, turned_map,
 };
 use tapline::fragment::Fragment;
-use tapline::policy::{Axis, Count, Weights};
+use tapline::policy::{Axis, Count, FootprintPolicy, Weights};
 use tapline::reference::{NoTap, Prepared, Tap, Texture, env, ewa, ewa_counted, probe_weights};
 use tapline::settings::Settings;
 use tapline::stage::Stage;
+
+fn gaussian(weight_bits: u32, end_points: bool) -> FootprintPolicy {
+    let count = if end_points { Count::Feline } else { Count::Ceil };
+    FootprintPolicy { count, weights: Weights::Gaussian, weight_bits, ..FootprintPolicy::default() }
+}
 
 #[test]
 fn probe_weights_sum_to_the_power_of_two_and_fall_from_the_middle() {
     for end_points in [false, true] {
         for bits in 0..=20 {
             for count in 1..=64u32 {
-                let weights = probe_weights(count, bits, end_points);
+                let weights = probe_weights(count, &gaussian(bits, end_points));
                 assert_eq!(weights.len(), count as usize);
                 let sum: u64 = weights.iter().map(|&w| u64::from(w)).sum();
                 assert_eq!(sum, 1 << bits, "{count} probes, {bits} bits");
@@ -43,14 +48,31 @@ fn probe_weights_sum_to_the_power_of_two_and_fall_from_the_middle() {
 
 #[test]
 fn probe_weights_of_a_few_counts_are_these() {
-    assert_eq!(probe_weights(1, 8, false), [256]);
-    assert_eq!(probe_weights(2, 8, false), [128, 128]);
+    assert_eq!(probe_weights(1, &gaussian(8, false)), [256]);
+    assert_eq!(probe_weights(2, &gaussian(8, false)), [128, 128]);
     // e^(−8/9) = 0.41111: 57.75, 140.49, 57.75 of 256 → 58, 140, 58.
-    assert_eq!(probe_weights(3, 8, false), [58, 140, 58]);
+    assert_eq!(probe_weights(3, &gaussian(8, false)), [58, 140, 58]);
     // With end points x = ±1: e^−2 = 0.13534: 27.27, 201.47, 27.27 → 27, 201, 27 and 1 left over.
-    assert_eq!(probe_weights(3, 8, true), [27, 202, 27]);
+    assert_eq!(probe_weights(3, &gaussian(8, true)), [27, 202, 27]);
     // The residue goes to the lower of two middle probes: 30.8, 97.2 → … of 2^1: 0, 1, 1, 0.
-    assert_eq!(probe_weights(16, 1, false)[7], 2);
+    assert_eq!(probe_weights(16, &gaussian(1, false))[7], 2);
+}
+
+#[test]
+fn bell_weights_are_symmetric_and_sum_to_the_power_of_two() {
+    for weight_bits in 1..=12 {
+        for count in 1..=64u32 {
+            let plain = FootprintPolicy::default();
+            let policy = FootprintPolicy { weights: Weights::Bell, weight_bits, ..plain };
+            let weights = probe_weights(count, &policy);
+            assert!(weights.iter().eq(weights.iter().rev()), "{count} probes, {weight_bits} bits");
+            assert_eq!(weights.iter().sum::<u32>(), 1 << weight_bits);
+        }
+    }
+    let policy = FootprintPolicy { weights: Weights::Bell, ..FootprintPolicy::default() };
+    assert_eq!(probe_weights(2, &policy), [128, 128]);
+    // e^(−4/9) = 0.64118: 71.93, 112.15, 71.93 of 256.
+    assert_eq!(probe_weights(3, &policy), [72, 112, 72]);
 }
 
 #[test]

@@ -5,4 +5,5 @@ mod derivatives;
 mod ewa;
 mod extremes;
 mod filter;
+mod moments;
 mod total;

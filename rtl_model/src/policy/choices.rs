@@ -3,6 +3,16 @@
 use crate::literals::literals;
 
 literals! {
+    /// What the probe line keeps of the ellipse.
+    FootprintRule {
+        /// Its axes: m = λ2, and the line as long as λ1 (Schilling).
+        Paper = "paper",
+        /// Its second moments: the probes' own width and their spread together have the ellipse's variance.
+        Moments = "moments",
+    } default Paper
+}
+
+literals! {
     /// How the number of probes follows from the line length M and the probe width m (texels).
     Count {
         /// clamp(⌈M/m − 2⁻⁸⌉, 1, max).
@@ -35,6 +45,8 @@ literals! {
         Box = "box",
         /// e^(−2x²), x = offset over half the line, normalised to sum exactly 1.
         Gaussian = "gaussian",
+        /// e^(−x²) with the same x and the same sum, symmetric.
+        Bell = "bell",
     } default Box
 }
 

@@ -87,11 +87,7 @@ impl Cfg {
         fits(Reg::FilterColor, color.frac + whole + most + 1 + 6)?;
         let weights = match footprint.weights {
             Weights::Box => Vec::new(),
-            Weights::Gaussian => weights::rom(
-                footprint.max_probes,
-                footprint.weight_bits,
-                footprint.count.has_end_points(),
-            ),
+            Weights::Gaussian | Weights::Bell => weights::rom(footprint),
         };
         let lod_frac = frac(config, Reg::FootLod);
         let lod_bits = i64::from(filter.lod_bits);

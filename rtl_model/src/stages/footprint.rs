@@ -10,7 +10,7 @@ use lanes::{Mask as _, Vector};
 use super::{Roms, bits, eigen, fits, frac, int};
 use crate::config::{Config, ConfigError};
 use crate::lanes::{Writes, in_lanes};
-use crate::policy::{Count, FootprintPolicy};
+use crate::policy::{Count, FootprintPolicy, FootprintRule};
 use crate::regs::{Reg, Register};
 use crate::tables::rom::{PORT_FRAC, mantissa};
 
@@ -118,7 +118,14 @@ impl Cfg {
     /// `unit` texels are 2 in λ's units; `size` is that of level 0.
     fn compile(config: &Config, unit: u32, size: [u32; 2]) -> Result<Self, ConfigError> {
         config.check()?;
-        let FootprintPolicy { max_probes: max, count: rule, .. } = config.policy.footprint;
+        let FootprintPolicy { max_probes: max, count: rule, policy, .. } = config.policy.footprint;
+        if policy != FootprintRule::Paper {
+            return Err(ConfigError {
+                path: "footprint.policy".into(),
+                expected: "paper: the integer model has no other one yet, f64 has".into(),
+                found: policy.name().into(),
+            });
+        }
         let last_level = i64::from(size[0].max(size[1]).max(1).ilog2());
         let unit = i64::from(unit.clamp(1, MAX_FACE));
         let size = size.map(|n| i64::from(n.clamp(1, MAX_FACE)));

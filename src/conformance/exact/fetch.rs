@@ -211,9 +211,8 @@ fn color(s: &mut Sheet<'_>, count: i64, weight: i64) {
     let probes = num::usize(count);
     let (shares, total) = match policy.weights {
         Weights::Box => (vec![1; probes], count.max(1)),
-        Weights::Gaussian => {
-            let n = num::u32(count.max(1));
-            (weights(n, policy.weight_bits, policy.count.has_end_points()), 1 << policy.weight_bits)
+        Weights::Gaussian | Weights::Bell => {
+            (weights(num::u32(count.max(1)), policy), 1 << policy.weight_bits)
         }
     };
     let next = Wide::code(weight, i64::from(config.policy.filter.lod_bits));

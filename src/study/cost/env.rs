@@ -318,7 +318,7 @@ pub(super) fn filter(p: &mut Circuit<'_>) {
         sum
     };
     let mut total = kept + log2(p.config.policy.footprint.max_probes);
-    if p.config.policy.footprint.weights == Weights::Gaussian {
+    if p.config.policy.footprint.weights != Weights::Box {
         p.multiply(kept, p.config.policy.footprint.weight_bits + 1, 6);
         total = kept + p.config.policy.footprint.weight_bits + 1;
         // One row a count, one weight a probe of half of the line.

@@ -87,7 +87,7 @@ pub(super) fn all(spec: &UnitSpec, ranges: &Ranges, axis: ReferenceAxis) -> Vec<
             take("eigen.entries");
         }
     }
-    if footprint.weights == Weights::Gaussian {
+    if footprint.weights != Weights::Box {
         take("footprint.weight_bits");
     }
     out

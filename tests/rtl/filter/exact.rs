@@ -1,7 +1,7 @@
 //! The filter against exact rational arithmetic.
 
 use rtl_model::fx::{Flags, Format, Overflow, Rounding};
-use rtl_model::policy::{Count, Weights};
+use rtl_model::policy::{FootprintPolicy, Weights};
 use rtl_model::stages::filter::weights::weights;
 use rtl_model::stages::{Roms, Sink, address, filter};
 use rtl_model::{Config, NoTap, Reg, TexelFormat, Texture};
@@ -109,14 +109,9 @@ fn defined(
     let count = u32::try_from(probes.len()).expect("at most 64");
     let (probe_weights, total) = match config.policy.footprint.weights {
         Weights::Box => (vec![1; probes.len()], i128::from(count)),
-        Weights::Gaussian => (
-            weights(
-                count,
-                config.policy.footprint.weight_bits,
-                config.policy.footprint.count == Count::Feline,
-            ),
-            1 << config.policy.footprint.weight_bits,
-        ),
+        Weights::Gaussian | Weights::Bell => {
+            (weights(count, &config.policy.footprint), 1 << config.policy.footprint.weight_bits)
+        }
     };
     let exact_frac = config.policy.texel.frac + 2 * config.policy.filter.weight_bits;
     let register = config.format(Reg::FilterBilinear);
@@ -294,7 +289,12 @@ fn division_by_every_count_is_exact_up_to_the_largest_sums() {
 fn gaussian_weights_are_the_rounded_exponentials_with_the_residue_in_the_middle() {
     for bits in 1..=12u32 {
         for count in 1..=64u32 {
-            let got = weights(count, bits, false);
+            let policy = FootprintPolicy {
+                weights: Weights::Gaussian,
+                weight_bits: bits,
+                ..FootprintPolicy::default()
+            };
+            let got = weights(count, &policy);
             let n = f64::from(count);
             let raw: Vec<f64> = (0..count)
                 .map(|i| libm::exp(-2.0 * libm::pow((2.0 * f64::from(i) + 1.0 - n) / n, 2.0)))

@@ -1,11 +1,14 @@
-//! Gaussian probe weights: integers that sum to exactly 2^bits.
+//! Probe weights: integers that sum to exactly 2^bits.
 //!
-//! Weight i of `count` is e^(−2x²), x its offset over half the line: (2i + 1 − count)/count, or
+//! Weight i of `count` is e^(−2x²), or e^(−x²) for `bell`, x its offset over half the line: (2i + 1 − count)/count, or
 //! (2i + 1 − count)/(count − 1) where the line has probes at its ends. Each is rounded to nearest; the
-//! residue goes to the middle probe, the lower one of two. Where that would make it negative, all are
+//! residue goes to the middle probe, the lower one of two, for `bell` half to each. Where that would make it negative, all are
 //! rounded down instead.
 
+use alloc::vec;
 use alloc::vec::Vec;
+
+use crate::policy::{FootprintPolicy, FootprintRule, Weights};
 
 /// Fraction bits of the exponential series.
 const FRAC: u32 = 60;
@@ -26,14 +29,21 @@ fn exp_neg(p: i128, q: i128) -> i128 {
     sum
 }
 
-/// The weights of `count` probes.
+/// The weights of `count` probes; 1 each for box weights.
 #[must_use]
-pub fn weights(count: u32, bits: u32, end_points: bool) -> Vec<i64> {
+pub fn weights(count: u32, policy: &FootprintPolicy) -> Vec<i64> {
+    let (steepness, halves) = match policy.weights {
+        Weights::Box => return vec![1; usize::try_from(count).unwrap_or(0)],
+        Weights::Gaussian => (2, false),
+        Weights::Bell => (1, count.is_multiple_of(2)),
+    };
+    let bits = policy.weight_bits;
+    let end_points = policy.count.has_end_points() && policy.policy == FootprintRule::Paper;
     let n = i128::from(count.max(1));
     let half_line = if end_points { (n - 1).max(1) } else { n };
-    // 2x² = 2(2i + 1 − n)²/(half line)².
+    // x² = (2i + 1 − n)²/(half line)².
     let raw: Vec<i128> = (0..n)
-        .map(|i| exp_neg(2 * (2 * i + 1 - n) * (2 * i + 1 - n), half_line * half_line))
+        .map(|i| exp_neg(steepness * (2 * i + 1 - n) * (2 * i + 1 - n), half_line * half_line))
         .collect();
     let total: i128 = raw.iter().sum();
     let middle = (raw.len() - 1) / 2;
@@ -44,7 +54,10 @@ pub fn weights(count: u32, bits: u32, end_points: bool) -> Vec<i64> {
             .collect();
         let residue = (1i64 << bits) - out.iter().sum::<i64>();
         if let Some(w) = out.get_mut(middle) {
-            *w += residue;
+            *w += if halves { residue / 2 } else { residue };
+        }
+        if halves && let Some(w) = out.get_mut(middle + 1) {
+            *w += residue / 2;
         }
         out
     };
@@ -55,8 +68,8 @@ pub fn weights(count: u32, bits: u32, end_points: bool) -> Vec<i64> {
 
 /// The weights of every count up to `max`, by count.
 #[must_use]
-pub fn rom(max: u32, bits: u32, end_points: bool) -> Vec<Vec<i64>> {
-    (0..=max).map(|count| weights(count, bits, end_points)).collect()
+pub fn rom(policy: &FootprintPolicy) -> Vec<Vec<i64>> {
+    (0..=policy.max_probes).map(|count| weights(count, policy)).collect()
 }
 
 /// Weight of probe `k` of `count`.
@@ -74,7 +87,10 @@ mod tests {
     fn weights_sum_to_a_power_of_two_and_fall_towards_the_ends() {
         for bits in [4, 8, 12] {
             for count in 1..=64 {
-                let w = weights(count, bits, false);
+                let (weights_of, weight_bits) = (Weights::Gaussian, bits);
+                let plain = FootprintPolicy::default();
+                let policy = FootprintPolicy { weights: weights_of, weight_bits, ..plain };
+                let w = weights(count, &policy);
                 assert_eq!(w.iter().sum::<i64>(), 1 << bits, "{count} probes");
                 let middle = (w.len() - 1) / 2;
                 for i in 0..w.len() {

@@ -17,6 +17,7 @@ use crate::reference::eigen::eigen;
 use crate::reference::footprint::{Chain, Footprint, footprint};
 use crate::reference::planar::PlanarTexture;
 use crate::reference::real::Real as _;
+use crate::reference::weights::spreads;
 use crate::reference::{Texture, probe_weights};
 use crate::settings::Settings;
 use crate::stage::Stage;
@@ -126,8 +127,10 @@ impl<'a> BackEnd<'a> {
             Memory::Planar(_) => 2,
         };
         let chain = Chain { size, levels: self.levels };
+        let policy = &settings.policy.footprint;
+        let spreads = spreads(policy);
         let line = cases.stage(Stage::Footprint, (lambda, axis, size), |tap, flags| {
-            let line = footprint(lambda, axis, chain, &settings.policy.footprint, flags, tap);
+            let line = footprint(lambda, axis, chain, (policy, &spreads), flags, tap);
             let step = match self.memory {
                 Memory::Cube(_) => line.step,
                 Memory::Planar(_) => [0, 1].map(|i| {
@@ -225,10 +228,8 @@ impl<'a> BackEnd<'a> {
         let policy = &self.settings.policy.footprint;
         match policy.weights {
             Weights::Box => vec![1.0; count as usize],
-            Weights::Gaussian => {
-                let end_points = policy.count.has_end_points();
-                let weights = probe_weights(count, policy.weight_bits, end_points);
-                weights.into_iter().map(f64::from).collect()
+            Weights::Gaussian | Weights::Bell => {
+                probe_weights(count, policy).into_iter().map(f64::from).collect()
             }
         }
     }
