@@ -78,7 +78,7 @@ pub const PACKED_MANTISSA: u32 = 11;
 /// Bits of a packed channel's shift.
 pub const PACKED_SHIFT: u32 = 5;
 /// First bits of the channels of a packed texel.
-pub const PACKED_STARTS: [u32; 3] = [0, 24, 48];
+pub const PACKED_STARTS: [u32; 3] = [0, 16, 32];
 
 /// Three finite, non-negative binary16 words in one word of memory, each as its 11-bit mantissa and
 /// 5-bit shift: value = mantissa·2^shift·2^−24. As many bits as the halves, none of them lost.

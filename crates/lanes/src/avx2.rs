@@ -1,10 +1,11 @@
 //! Four lanes under AVX2, which lacks some instructions on 64-bit lanes: they are put together here.
 
 use core::arch::x86_64::{
-    __m256i, _mm256_add_epi64, _mm256_and_si256, _mm256_blendv_epi8, _mm256_cmpeq_epi64,
-    _mm256_cmpgt_epi64, _mm256_loadu_si256, _mm256_mask_i64gather_epi64, _mm256_mul_epi32,
-    _mm256_mul_epu32, _mm256_or_si256, _mm256_set1_epi64x, _mm256_setzero_si256, _mm256_sllv_epi64,
-    _mm256_srlv_epi64, _mm256_storeu_si256, _mm256_sub_epi64, _mm256_testz_si256, _mm256_xor_si256,
+    __m256i, _mm_cvtsi64_si128, _mm256_add_epi64, _mm256_and_si256, _mm256_blendv_epi8,
+    _mm256_cmpeq_epi64, _mm256_cmpgt_epi64, _mm256_cvtepu16_epi64, _mm256_loadu_si256,
+    _mm256_mask_i64gather_epi64, _mm256_mul_epi32, _mm256_mul_epu32, _mm256_or_si256,
+    _mm256_set1_epi64x, _mm256_setzero_si256, _mm256_sllv_epi64, _mm256_srlv_epi64,
+    _mm256_storeu_si256, _mm256_sub_epi64, _mm256_testz_si256, _mm256_xor_si256,
 };
 use core::ops::{Add, BitAnd, BitOr, BitXor, Neg, Not, Sub};
 
@@ -72,6 +73,17 @@ impl Simd for Avx2 {
         let at = place::<N>(at, LEN);
         // SAFETY: as above, and `place` leaves `LEN` numbers behind `at`.
         I64x4(unsafe { _mm256_loadu_si256(from.as_ptr().add(at).cast()) })
+    }
+
+    #[inline(always)]
+    fn add_rows<const M: u32>(self, rows: [[u64; 2]; 2], weights: [i64; 4], sums: &mut [i64; 8]) {
+        let mut sum = self.load(sums, 0);
+        for (word, weight) in rows.as_flattened().iter().zip(weights) {
+            let float = I64x4(on!(_mm256_cvtepu16_epi64(_mm_cvtsi64_si128(word.cast_signed()))));
+            let product = float.and((1 << M) - 1).mul_unsigned(float.like(weight));
+            sum = sum + product.shl(float.shr(float.like(M.into())));
+        }
+        sum.store(sums, 0);
     }
 }
 
@@ -238,6 +250,14 @@ impl Vector for I64x4 {
         const { assert!(N >= LEN, "a block of fewer lanes") };
         let at = place::<N>(at, LEN);
         // SAFETY: as above, and `place` leaves `LEN` numbers behind `at`.
+        unsafe { _mm256_storeu_si256(to.as_mut_ptr().add(at).cast(), self.0) }
+    }
+
+    #[inline(always)]
+    fn put<const N: usize>(self, to: &mut [i64; N], at: usize) {
+        const { assert!(N >= LEN, "a block of fewer lanes") };
+        let at = at.min(N - LEN);
+        // SAFETY: as above, and there are `LEN` numbers behind `at`.
         unsafe { _mm256_storeu_si256(to.as_mut_ptr().add(at).cast(), self.0) }
     }
 }

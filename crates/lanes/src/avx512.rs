@@ -1,13 +1,13 @@
 //! Eight lanes under AVX-512.
 
 use core::arch::x86_64::{
-    __m512i, __mmask8, _mm512_abs_epi64, _mm512_add_epi64, _mm512_and_si512,
-    _mm512_cmpeq_epi64_mask, _mm512_cmpgt_epi64_mask, _mm512_cmplt_epu64_mask, _mm512_loadu_si512,
-    _mm512_lzcnt_epi64, _mm512_mask_blend_epi64, _mm512_mask_i64gather_epi64, _mm512_max_epi64,
-    _mm512_min_epi64, _mm512_mul_epi32, _mm512_mul_epu32, _mm512_mullo_epi64, _mm512_or_si512,
-    _mm512_set1_epi64, _mm512_setzero_si512, _mm512_sllv_epi64, _mm512_srav_epi64,
-    _mm512_srlv_epi64, _mm512_storeu_si512, _mm512_sub_epi64, _mm512_test_epi64_mask,
-    _mm512_xor_si512,
+    __m512i, __mmask8, _mm_loadu_si128, _mm512_abs_epi64, _mm512_add_epi64, _mm512_and_si512,
+    _mm512_cmpeq_epi64_mask, _mm512_cmpgt_epi64_mask, _mm512_cmplt_epu64_mask,
+    _mm512_cvtepu16_epi64, _mm512_loadu_si512, _mm512_lzcnt_epi64, _mm512_mask_blend_epi64,
+    _mm512_mask_i64gather_epi64, _mm512_max_epi64, _mm512_min_epi64, _mm512_mul_epi32,
+    _mm512_mul_epu32, _mm512_mullo_epi64, _mm512_or_si512, _mm512_set1_epi64, _mm512_setzero_si512,
+    _mm512_sllv_epi64, _mm512_srav_epi64, _mm512_srlv_epi64, _mm512_storeu_si512, _mm512_sub_epi64,
+    _mm512_test_epi64_mask, _mm512_xor_si512,
 };
 use core::ops::{Add, BitAnd, BitOr, BitXor, Neg, Not, Sub};
 
@@ -76,6 +76,20 @@ impl Simd for Avx512 {
         let at = place::<N>(at, LEN);
         // SAFETY: as above, and `place` leaves `LEN` numbers behind `at`.
         I64x8(unsafe { _mm512_loadu_si512(from.as_ptr().add(at).cast()) })
+    }
+
+    #[inline(always)]
+    fn add_rows<const M: u32>(self, rows: [[u64; 2]; 2], weights: [i64; 4], sums: &mut [i64; 8]) {
+        let mut sum = self.load(sums, 0);
+        for (row, weights) in rows.iter().zip(weights.as_chunks::<2>().0) {
+            // SAFETY: as above, and a row has 16 bytes.
+            let float =
+                I64x8(unsafe { _mm512_cvtepu16_epi64(_mm_loadu_si128(row.as_ptr().cast())) });
+            let second = Mask8(0xf0).select(float.like(weights[1]), float.like(weights[0]));
+            let product = float.and((1 << M) - 1).mul_unsigned(second);
+            sum = sum + product.shl(float.shr(float.like(M.into())));
+        }
+        sum.store(sums, 0);
     }
 }
 
@@ -236,6 +250,14 @@ impl Vector for I64x8 {
         const { assert!(N >= LEN, "a block of fewer lanes") };
         let at = place::<N>(at, LEN);
         // SAFETY: as above, and `place` leaves `LEN` numbers behind `at`.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().add(at).cast(), self.0) }
+    }
+
+    #[inline(always)]
+    fn put<const N: usize>(self, to: &mut [i64; N], at: usize) {
+        const { assert!(N >= LEN, "a block of fewer lanes") };
+        let at = at.min(N - LEN);
+        // SAFETY: as above, and there are `LEN` numbers behind `at`.
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().add(at).cast(), self.0) }
     }
 }

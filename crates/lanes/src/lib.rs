@@ -96,6 +96,8 @@ pub trait Vector:
     fn div_rem(self, by: i64) -> (Self, Self);
     /// Stores the lanes at `at` and after it; `at` is a multiple of their number.
     fn store<const N: usize>(self, to: &mut [i64; N], at: usize);
+    /// Stores the lanes at any place that leaves room for them.
+    fn put<const N: usize>(self, to: &mut [i64; N], at: usize);
 
     /// Left shifts by one number.
     #[inline(always)]
@@ -154,6 +156,10 @@ pub trait Simd: Copy + Debug {
     fn splat(self, x: i64) -> Self::I;
     /// The numbers at `at` and after it; `at` is a multiple of the lanes.
     fn load<const N: usize>(self, from: &[i64; N], at: usize) -> Self::I;
+    /// Adds to `sums` two rows of two words of four 16-bit floats, each with `M` bits of mantissa below its
+    /// exponent, times the words' weights of 32 bits: channel by channel the first word of a row to the first four,
+    /// the second one to any four of them.
+    fn add_rows<const M: u32>(self, rows: [[u64; 2]; 2], weights: [i64; 4], sums: &mut [i64; 8]);
 }
 
 /// `at`, brought to a place from which `len` of `N` numbers can be read.

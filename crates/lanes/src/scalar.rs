@@ -18,6 +18,16 @@ impl Simd for Scalar {
     fn load<const N: usize>(self, from: &[i64; N], at: usize) -> i64 {
         from[place::<N>(at, 1)]
     }
+
+    #[inline(always)]
+    fn add_rows<const M: u32>(self, rows: [[u64; 2]; 2], weights: [i64; 4], sums: &mut [i64; 8]) {
+        for (word, weight) in rows.as_flattened().iter().zip(weights) {
+            for (c, sum) in sums.iter_mut().take(4).enumerate() {
+                let float = ((word >> (16 * c)) & 0xffff).cast_signed();
+                *sum += ((float & ((1 << M) - 1)) * weight) << (float >> M);
+            }
+        }
+    }
 }
 
 impl Mask<i64> for bool {
@@ -114,5 +124,10 @@ impl Vector for i64 {
     #[inline(always)]
     fn store<const N: usize>(self, to: &mut [i64; N], at: usize) {
         to[place::<N>(at, 1)] = self;
+    }
+
+    #[inline(always)]
+    fn put<const N: usize>(self, to: &mut [i64; N], at: usize) {
+        self.store(to, at);
     }
 }

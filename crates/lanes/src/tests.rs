@@ -104,3 +104,43 @@ agree!(
 );
 agree!(quotients, |a, b| a.div_rem(12).0 ^ b.div_rem(7).1, |a, b| (a / 12) ^ (b % 7));
 agree!(anything, |a, b| a.like(i64::from((a ^ b).any() || !(a ^ b).any())), |_a, _b| 1);
+
+/// Rows of 16-bit floats, and a store at a place that is no multiple of the lanes.
+struct Rows([[u64; 2]; 2], [i64; 4]);
+
+impl Task for Rows {
+    type Output = ([i64; 4], [i64; 16]);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let mut sums = [7, 6, 5, 4, 0, 0, 0, 0];
+        simd.add_rows::<11>(self.0, self.1, &mut sums);
+        let mut out = [0; 16];
+        for at in (0..8).step_by(S::I::LEN) {
+            simd.load(&[1, 2, 3, 4, 5, 6, 7, 8], at).put(&mut out, at + 5);
+        }
+        ([0, 1, 2, 3].map(|c| sums[c] + sums[c + 4]), out)
+    }
+}
+
+#[test]
+fn rows_of_floats() {
+    let words = numbers();
+    for (k, words) in words.chunks(4).enumerate() {
+        let words: Vec<u64> = words.iter().map(|x| x.cast_unsigned()).collect();
+        let rows = [[words[0], words[1]], [words[2], words[3]]];
+        let weights = [0, 1, 0x1_0000, 99 * i64::try_from(k).unwrap()];
+        let expected = [0, 1, 2, 3].map(|c| {
+            let four = words.iter().zip(weights).map(|(word, weight)| {
+                let float = (word >> (16 * c)) & 0xffff;
+                ((float & 0x7ff).cast_signed() * weight) << (float >> 11)
+            });
+            [7, 6, 5, 4][c] + four.sum::<i64>()
+        });
+        for level in Level::available() {
+            let (sums, out) = level.run(Rows(rows, weights));
+            assert_eq!(sums, expected, "{}", level.name());
+            assert_eq!(out[5..13], [1, 2, 3, 4, 5, 6, 7, 8], "{}", level.name());
+        }
+    }
+}

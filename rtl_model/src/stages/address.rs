@@ -4,6 +4,7 @@
 //! texture, for which u = 2s − 1 and v = 2t − 1, is wrapped. Texels come with a border of one (edge texels from the
 //! neighbours, corners the mean of the other three), so that a bilinear footprint is always two rows of two texels.
 
+pub mod block;
 pub mod lanes;
 
 use super::cube_face::{components, direction, select};

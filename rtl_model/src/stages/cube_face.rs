@@ -99,7 +99,7 @@ pub fn components(face: usize, d: [i64; 3]) -> [i64; 3] {
 
 /// [`select`] of lanes.
 #[inline(always)]
-fn face_of<V: Vector>([x, y, z]: [V; 3]) -> V {
+pub(crate) fn face_of<V: Vector>([x, y, z]: [V; 3]) -> V {
     let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
     let (on_z, on_y) = (!ax.gt(az) & !ay.gt(az), !ax.gt(ay));
     let axis = on_z.select(x.like(4), on_y.select(x.like(2), x.like(0)));
@@ -119,6 +119,19 @@ pub(crate) fn components_of<V: Vector>(face: V, [x, y, z]: [V; 3]) -> [V; 3] {
     let on_y = !on_x & !on_z;
     let tc = flip(on_y.select(z, y), on_y.select(negative, !none));
     [sc, tc, ma]
+}
+
+/// [`direction`] of lanes.
+#[inline(always)]
+pub(crate) fn direction_of<V: Vector>(face: V, [sc, tc, ma]: [V; 3]) -> [V; 3] {
+    let (negative, none) = (-face.and(1), face.like(0));
+    let (on_x, on_z) = (face.like(2).gt(face), face.gt(face.like(3)));
+    let ma = flip(ma, negative);
+    [
+        on_x.select(ma, flip(sc, on_z.select(negative, none))),
+        (on_x | on_z).select(-tc, ma),
+        on_x.select(flip(sc, !negative), on_z.select(ma, flip(tc, negative))),
+    ]
 }
 
 /// The negative where `sign` is all ones.

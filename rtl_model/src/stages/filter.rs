@@ -4,6 +4,7 @@
 //! (41 + 16 bits and log2 max_probes more: exact in 64), the two levels are combined and the sum is
 //! divided by the count once. A constant texture stays constant.
 
+pub(crate) mod block;
 pub mod rows;
 pub mod weights;
 

@@ -257,8 +257,9 @@ impl Operation for HitUnit {
     }
 
     #[inline(always)]
-    fn finish<const N: usize, T: Tap>(
+    fn finish<S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         block: &HitBlock<N>,
         memory: &Memory,
         out: &mut Results<N>,
@@ -266,7 +267,7 @@ impl Operation for HitUnit {
     ) {
         let Block { front, env } = block;
         if front.any_cone(env.len) {
-            self.unit.back(env, memory.texture.as_ref(), out, tap);
+            self.unit.back(simd, env, memory.texture.as_ref(), out, tap);
         }
         // Lanes without a cone ran along for nothing.
         for lane in (0..env.len.min(N)).filter(|lane| !front.has_cone(*lane)) {

@@ -68,8 +68,8 @@ impl<O: Operation, const N: usize, T: Tap> Task for Finish<'_, O, N, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        self.unit.finish(self.block, self.memory, self.out, self.tap);
+    fn run<S: Simd>(self, simd: S) {
+        self.unit.finish(simd, self.block, self.memory, self.out, self.tap);
     }
 }
 
@@ -134,14 +134,15 @@ pub trait Operation: Sync {
 
     /// The end of a run after the steps: the filter of the block's lanes, or without a texture their probe counts and flags.
     #[inline(always)]
-    fn finish<const N: usize, T: Tap>(
+    fn finish<S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         block: &BlockOf<Self, N>,
         memory: &Memory,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
-        self.unit().back(&block.env, memory.texture.as_ref(), out, tap);
+        self.unit().back(simd, &block.env, memory.texture.as_ref(), out, tap);
     }
 
     /// Fills a block anew with up to `N` requests.
@@ -166,7 +167,7 @@ pub trait Operation: Sync {
     {
         let blocks = core::slice::from_mut(block);
         self.steps(Scalar, 0..Self::STEPS, memory, blocks, tap);
-        self.finish(block, memory, out, tap);
+        self.finish(Scalar, block, memory, out, tap);
     }
 
     /// Whether the unit may run with a tap whose `STANDARD` is true: every register rounds half-even and saturates.

@@ -7,14 +7,14 @@ use lanes::{Scalar, Simd, Vector as _};
 use super::Unit;
 use super::block::{Inputs, NO_FLAGS, Results, State};
 use crate::lanes::{Fast, Place, Writes};
-use crate::stages::filter::Corner;
+use crate::stages::filter::{Corner, block};
 use crate::stages::jacobian::normal_derivative;
 use crate::stages::{
     Sink, address, bump, covariance, cube_face, eigen, filter, footprint, jacobian, local_frame,
     reflect, roughness,
 };
 use crate::tap::{NoTapStandard, Tap};
-use crate::texture::Texture;
+use crate::texture::{Texels, Texture};
 
 /// Stages over the lanes of a block: each from a row that reads what the stage takes and names the place of its result.
 ///
@@ -208,8 +208,9 @@ impl Unit {
 
     /// `address` and `filter`, or without a texture the probe counts and flags.
     #[inline(always)]
-    pub fn back<const N: usize, T: Tap>(
+    pub fn back<S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         state: &State<N>,
         texture: Option<&Texture>,
         out: &mut Results<N>,
@@ -220,6 +221,29 @@ impl Unit {
             out.flags = state.flags;
             return;
         };
+        if S::I::LEN > 1
+            && T::STANDARD
+            && !T::ACTIVE
+            && self.filter.plain()
+            && let Texels::Half(texels) = &texture.texels
+            && let Some(address) = self.address.block(&texture.levels)
+        {
+            out.flags = state.flags;
+            out.probes = state.line.count;
+            let requests = block::Requests {
+                len: state.len,
+                face: &state.face.face,
+                center: [&state.face.u, &state.face.v],
+                step: &state.line.step,
+                step_frac: self.step_frac,
+                count: &state.line.count,
+                lod: &state.line.lod,
+            };
+            let Results { color, texels: read, flags, .. } = out;
+            let mut filtered = block::Filtered { color, texels: read, flags };
+            let cfg = (&self.filter, &address, &self.roms);
+            return block::filter(simd, cfg, (&texture.levels, texels), &requests, &mut filtered);
+        }
         for lane in 0..state.len.min(N) {
             let request = self.request(state, lane);
             out.flags[lane] = state.flags[lane];

@@ -228,15 +228,16 @@ impl Operation for TexUnit {
     }
 
     #[inline(always)]
-    fn finish<const N: usize, T: Tap>(
+    fn finish<S: Simd, const N: usize, T: Tap>(
         &self,
+        simd: S,
         block: &TexBlock<N>,
         memory: &Memory,
         out: &mut Results<N>,
         tap: &mut T,
     ) {
         let tap = &mut self.in_texels(tap);
-        self.unit.back(&block.env, memory.texture.as_ref(), out, tap);
+        self.unit.back(simd, &block.env, memory.texture.as_ref(), out, tap);
     }
 }
 

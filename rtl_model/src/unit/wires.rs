@@ -292,7 +292,7 @@ impl Unit {
             Stage::Footprint => self.footprint(Scalar, state, tap),
             Stage::RayCone | Stage::Hit | Stage::SurfaceFootprint => {}
             Stage::Address | Stage::Filter => {
-                self.back(state, texture, out, tap);
+                self.back(Scalar, state, texture, out, tap);
                 return out.flags[0];
             }
         }

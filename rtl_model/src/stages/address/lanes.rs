@@ -19,20 +19,20 @@ pub(crate) const LOW: u64 = 0xffff_ffff;
 #[derive(Clone, Copy, Debug, Hash)]
 pub(super) struct Lanes {
     /// Fraction bits of u and v.
-    frac: u32,
+    pub(super) frac: u32,
     /// Right shift of a texel coordinate with `frac + 1` fraction bits, and its half less one.
-    shift: u32,
-    low: u64,
+    pub(super) shift: u32,
+    pub(super) low: u64,
     /// Fraction bits of the texel coordinate.
-    sub: u32,
+    pub(super) sub: u32,
     /// A weight from them: (part·2^up + half) >> down.
-    up: u32,
-    half: u64,
-    down: u32,
+    pub(super) up: u32,
+    pub(super) half: u64,
+    pub(super) down: u32,
     /// A whole weight.
-    full: u64,
+    pub(super) full: u64,
     /// Largest face whose coordinates the register holds.
-    max_size: usize,
+    pub(super) max_size: usize,
 }
 
 impl Lanes {
