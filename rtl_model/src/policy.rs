@@ -26,7 +26,7 @@ knobs! {
         axis: Axis, All, covariance, "direction of the probe line";
         weights: Weights, All, covariance, "weights of the probes";
         weight_bits: u32 = 8 => Range(1, 12), All, covariance, "gaussian and bell probe weights sum to 2^bits";
-        policy: FootprintRule, All, covariance, "what the probe line keeps of the ellipse: its axes or its second moments; \"moments\" has no footprint.count";
+        policy: FootprintRule, All, covariance, "what the probe line keeps of the ellipse: its axes or its second moments; \"moments\" has no footprint.count, and f64 alone computes it so far";
         tau: u32 = 10 => Range(1, 32), All, covariance, "eighths of the variance of a spacing over that of a probe, at most (moments)";
         tau_cap: u32 = 32 => Range(1, 64), All, covariance, "the same where max_probes are too few, before the probes get wider (moments)";
         kappa: u32 = 4 => Range(3, 5), All, covariance, "variance of a probe in twelfths of a texel², less 2: 3 box mips, 4 soft ones (moments)";

@@ -9,6 +9,7 @@ use super::Failure;
 use super::args::{AdapterArgs, RunArgs, SceneArgs, UnitArgs};
 use super::bounds::{self, Bound};
 use super::compare_files::OutFiles;
+use super::compare_motion::{check_shift, motions};
 use super::compare_tables::{print_tables, to_json};
 use super::job::{load, refuse_sampler, tell_losses};
 use super::output::{JsonTarget, Origin};
@@ -22,6 +23,7 @@ use crate::error::InputError;
 use crate::gpu::Gpu;
 use crate::report::flip;
 use crate::report::metrics::Pair;
+use crate::report::motion::Motion;
 use crate::settings::Settings;
 use crate::taken::Taken;
 use crate::truth::TruthOptions;
@@ -47,9 +49,16 @@ pub(super) struct Args {
     /// Fail (status 1) where two engines differ by more 8-bit steps than a bound, such as rtl:f64=2.
     #[arg(long, value_name = "A:B=STEPS")]
     max_lsb8: Vec<String>,
+    /// Print the table of every register too, and of every stage's own check on a GPU.
+    #[arg(long)]
+    pub(super) registers: bool,
     /// Samples a pixel in the first round of `truth`.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..=65536))]
     samples: u32,
+    /// Render everything once more with the scene moved right and down by so many pixels, such as 0.25, and report
+    /// how the picture's motion differs from that of `truth`: flicker.
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
+    pub(super) shift: Option<f64>,
     #[command(flatten)]
     unit: UnitArgs,
     #[command(flatten)]
@@ -70,6 +79,8 @@ pub(super) struct Results {
     pub(super) renderings: Vec<(EngineKind, Rendering)>,
     /// Each engine against the next.
     pub(super) pairs: Vec<(EngineKind, EngineKind, Pair)>,
+    /// The motion of each engine against that of `truth`, with `--shift`.
+    pub(super) motions: Vec<(EngineKind, Motion)>,
     /// `rtl` against `f64`, where both ran.
     pub(super) registers: Option<RegisterErrors>,
     /// `gpu` against `f64`, stage by stage at the same operands, where both ran.
@@ -108,6 +119,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let Chosen { kinds, skipped, gpu } = choose(&args.engines, &args.run.adapter)?;
     let min_psnr = parse_bounds("--min-psnr", &args.min_psnr, &kinds)?;
     let max_lsb8 = parse_bounds("--max-lsb8", &args.max_lsb8, &kinds)?;
+    check_shift(args.shift, &kinds)?;
     let spec = args.unit.load()?;
     let settings = args.run.settings(&spec);
     // The folder first: the JSON file may lie in it.
@@ -280,6 +292,7 @@ fn render_all(
     let mut results = Results {
         renderings,
         pairs,
+        motions: Vec::new(),
         registers,
         stages,
         caustics,
@@ -290,6 +303,9 @@ fn render_all(
     };
     for (a, b) in neighbours {
         results.pair(a, b, args.scene_args.exposure)?;
+    }
+    if let Some(shift) = args.shift {
+        results.motions = motions(job, shift, &setup, &results, args.scene_args.exposure)?;
     }
     Ok(results)
 }

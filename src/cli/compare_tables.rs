@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::Failure;
 use super::compare::{Args, Results};
+use super::compare_summary;
 use super::output::{Origin, unit_json};
 use crate::base::num;
 use crate::caustic::difference;
@@ -15,6 +16,7 @@ use crate::engine::gpu::check::StageChecks;
 use crate::engine::job::lit::Caustics;
 use crate::engine::registers::RegisterErrors;
 use crate::engine::{EngineKind, Job};
+use crate::report::motion::Motion;
 use crate::report::table::{
     Table, count, digits, given, grouped, missing, places, significant, text, value, whole,
 };
@@ -56,6 +58,8 @@ pub(super) fn to_json(
         "unit": unit_json(spec),
         "engines": engines,
         "pairs": pairs,
+        "motions": results.motions.iter().map(|(kind, motion)| motion_json(*kind, motion)).collect::<Vec<_>>(),
+        "shift": args.shift,
         "registers": results.registers.as_ref().map_or(Vec::new(), |e| registers(e).json()),
         "stages": results.stages.as_ref().map(stages_json),
         "flags": flags(results),
@@ -65,9 +69,20 @@ pub(super) fn to_json(
     }));
     if let Value::Object(map) = &mut value {
         // A run that has none of these has no key for it.
-        map.retain(|key, value| !value.is_null() || !["stages", "caustic"].contains(&key.as_str()));
+        let moved = args.shift.is_some();
+        map.retain(|key, value| match key.as_str() {
+            "motions" | "shift" => moved,
+            "stages" | "caustic" => !value.is_null(),
+            _ => true,
+        });
     }
     value
+}
+
+/// An engine's motion against that of the truth.
+fn motion_json(kind: EngineKind, m: &Motion) -> Value {
+    let Motion { flicker_db, act, fragments } = m;
+    json!({"a": kind.name(), "b": "truth", "flicker_db": flicker_db, "act": act, "fragments": fragments})
 }
 
 /// What an input file was taken for.
@@ -206,10 +221,12 @@ fn stages_json(found: &StageChecks) -> Value {
 }
 
 /// The registers of the stages' own kernels, and the first that nothing explains.
-fn print_stages(out: &mut impl Write, found: &StageChecks) -> Result<(), Failure> {
-    writeln!(out, "\n{}", stages(found))?;
+fn print_stages(out: &mut impl Write, found: &StageChecks, whole: bool) -> Result<(), Failure> {
+    if whole {
+        writeln!(out, "\n{}", stages(found))?;
+    }
     let Some(d) = &found.first else {
-        writeln!(out, "no difference of a stage's register is unexplained")?;
+        writeln!(out, "gpu - f64: no difference of a stage's register is unexplained")?;
         return Ok(());
     };
     let [x, y] = d.pixel;
@@ -260,6 +277,21 @@ fn ladder(results: &Results) -> Table {
     )
 }
 
+/// Each engine's motion against that of the truth.
+fn motions(results: &Results) -> Table {
+    Table::of(
+        &results.motions,
+        &[
+            ("motion", "", &|(kind, _)| text(format!("{} - truth", kind.name()))),
+            ("flicker (dB)", "", &|(_, m)| {
+                m.flicker_db.map_or(missing("identical"), |db| places(db, 2))
+            }),
+            ("act", "", &|(_, m)| m.act.map_or(missing("-"), |act| places(act, 3))),
+            ("fragments", "", &|(_, m)| grouped(num::u64(m.fragments))),
+        ],
+    )
+}
+
 /// Registers of rtl against the reference's.
 fn registers(errors: &RegisterErrors) -> Table {
     Table::of(
@@ -305,6 +337,8 @@ pub(super) fn print_tables(
     for input in &results.inputs {
         writeln!(out, "{input}")?;
     }
+    writeln!(out)?;
+    compare_summary::print(&mut out, spec, job, results, args.scene_args.exposure)?;
     let axis = if settings.reference_table.is_some() {
         "the angle table's axis"
     } else {
@@ -314,7 +348,8 @@ pub(super) fn print_tables(
         out,
         "f64 and ewa use {axis}; probes of f64 carry the trilinear filter's own blur, which ewa has not\n"
     )?;
-    for table in [ladder(results), engines(results, fragments), searches(results)] {
+    for table in [ladder(results), motions(results), engines(results, fragments), searches(results)]
+    {
         if !table.is_empty() {
             writeln!(out, "{table}")?;
         }
@@ -326,7 +361,7 @@ pub(super) fn print_tables(
     if let Some(error) = results.get(EngineKind::Truth).and_then(|r| r.standard_error) {
         writeln!(out, "truth: RMS standard error {} (linear)", significant(error, 3))?;
     }
-    if let Some(errors) = &results.registers {
+    if let (true, Some(errors)) = (args.registers, &results.registers) {
         writeln!(out, "\n{}", registers(errors))?;
         writeln!(
             out,
@@ -342,7 +377,7 @@ pub(super) fn print_tables(
         }
     }
     if let Some(stages) = &results.stages {
-        print_stages(&mut out, stages)?;
+        print_stages(&mut out, stages, args.registers)?;
     }
     for (name, n) in flags(results) {
         writeln!(out, "flag {name}: {} fragments", count(n))?;

@@ -6,6 +6,8 @@ mod budget;
 mod bump_file;
 mod compare;
 mod compare_files;
+mod compare_motion;
+mod compare_summary;
 mod compare_tables;
 mod conform;
 mod cost;

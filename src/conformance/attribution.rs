@@ -33,6 +33,11 @@ pub struct Part {
     pub max_abs: f64,
 }
 
+/// The part of the angle table.
+pub const ANGLE_TABLE: &str = "tables.eigen";
+/// The error of the unit as it is.
+pub const WHOLE: &str = "all of the unit";
+
 /// Most bits that a register gets in addition to its own.
 const MOST: u32 = 12;
 
@@ -138,10 +143,10 @@ pub fn attribute(spec: &UnitSpec, subject: &EnvJob) -> Result<Vec<Part>, InputEr
         if spec.config.policy.footprint.axis == Axis::EigenTable {
             let mut changed = wide.clone();
             changed.config.policy.footprint.axis = Axis::EigenTable;
-            add("tables.eigen".into(), &changed)?;
+            add(ANGLE_TABLE.into(), &changed)?;
         }
         parts.push(part("weights and sub-texels".into(), &reference, &exact)?);
     }
-    parts.push(part("all of the unit".into(), &own, &exact)?);
+    parts.push(part(WHOLE.into(), &own, &exact)?);
     Ok(parts)
 }

@@ -25,6 +25,7 @@ pub fn page(run: &Value, images: &[Image]) -> String {
         (run_facts(run))
         (section("Inputs", &inputs(run).html(false)))
         (section("Ladder", &ladder(run).html(false)))
+        (section("Flicker: motions against those of the truth", &motions(run).html(false)))
         (pictures(run, images))
         (section("Engines", &engines(run).html(true)))
         (section("Registers, rtl against f64", &registers(run).html(true)))
@@ -87,6 +88,21 @@ fn ladder(run: &Value) -> Table {
             ("relative MSE", "", &|p| figure(&p["rel_mse"], 1.0)),
             ("over 1 step (%)", "", &|p| figure(&p["share_over_1_lsb8"], 100.0)),
             (if with_flip { "FLIP (0…1)" } else { "" }, "", &|p| figure(&p["flip"], 1.0)),
+        ],
+    )
+}
+
+fn motions(run: &Value) -> Table {
+    Table::of(
+        list(&run["motions"]),
+        &[
+            ("pair", "", &|m| text(format!("{} – {}", words(&m["a"]), words(&m["b"])))),
+            ("flicker (dB)", "", &|m| {
+                let none = m["flicker_db"].is_null();
+                if none { whole("identical").with(f64::MAX) } else { figure(&m["flicker_db"], 1.0) }
+            }),
+            ("act", "", &|m| figure(&m["act"], 1.0)),
+            ("fragments", "", &|m| figure(&m["fragments"], 1.0)),
         ],
     )
 }

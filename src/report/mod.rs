@@ -2,6 +2,7 @@
 
 pub mod hash;
 pub mod metrics;
+pub mod motion;
 pub mod shown;
 
 #[cfg(feature = "files")]

@@ -104,6 +104,12 @@ impl Scene {
         Operation::Env(needs(self.surface.pyramid.is_some())).stages()
     }
 
+    /// Moves the scene to the right and down by so many pixels.
+    pub fn shift(&mut self, pixels: f64) {
+        self.surface.camera.shift(pixels);
+        self.fragments = fragments(&self.surface, self.width, self.height);
+    }
+
     /// Level 0 of the procedural environment.
     #[must_use]
     pub fn environment(&self) -> CubeLevel {

@@ -43,6 +43,11 @@ impl Camera {
         }
     }
 
+    /// Moves the picture to the right and down.
+    pub fn shift(&mut self, pixels: f64) {
+        self.centre = self.centre.map(|centre| centre + pixels);
+    }
+
     /// The ray through an image position in pixels from the top left corner, not normalised; v is its
     /// negative.
     #[inline]

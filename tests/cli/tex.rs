@@ -94,6 +94,26 @@ fn compare_tells_tiles_and_takes_a_texture() {
 }
 
 #[test]
+fn a_shift_reports_the_motion_of_every_engine_against_the_truth() {
+    for scene in ["sphere", "room", "convex"] {
+        let run = |shift: &str| {
+            let engines = ["--engines", "f64,truth", "--samples", "16", "--size", "24x24"];
+            let shift = ["compare", scene, "--json", "-", "--shift", shift];
+            tapline(&[&shift[..], &engines].concat()).done().json()["motions"].clone()
+        };
+        let moved = run("0.25");
+        assert_eq!((&moved[0]["a"], &moved[0]["b"]), (&"f64".into(), &"truth".into()));
+        assert!(moved[0]["act"].as_f64().unwrap() > 0.1, "{scene}: {moved}");
+        assert!(moved[0]["flicker_db"].as_f64().unwrap() > 10.0, "{scene}: {moved}");
+        let still = run("0");
+        assert!(still[0]["act"].is_null() && still[0]["flicker_db"].is_null(), "{scene}: {still}");
+    }
+    tapline(&["compare", "sphere", "--engines", "f64", "--shift", "1"])
+        .refused(&["--shift", "truth"]);
+    tapline(&["compare", "sphere", "--shift", "nan"]).refused(&["--shift"]);
+}
+
+#[test]
 fn what_scenes_with_cones_cannot_take_is_refused() {
     tapline(&["compare", "convex", "--texture", "no-such-file.png"]).refused(&["no-such-file.png"]);
     tapline(&["compare", "sphere", "--texture", "a.png"]).refused(&["--texture"]);

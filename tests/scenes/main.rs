@@ -6,4 +6,5 @@ mod golden;
 mod impostor;
 mod mesh;
 mod picture_hashes;
+mod shift;
 mod tex;

@@ -44,6 +44,19 @@ pub enum Job {
 }
 
 impl Job {
+    /// The job with its scene moved to the right and down by so many pixels. Pixels without a fragment keep
+    /// the colours of the view that stands still.
+    #[must_use]
+    pub fn shifted(&self, pixels: f64) -> Self {
+        let mut job = self.clone();
+        match &mut job {
+            Self::Env(job) => job.scene.shift(pixels),
+            Self::Hit(job) => job.scene.shift(pixels),
+            Self::Tex(job) => job.scene.camera.shift += pixels,
+        }
+        job
+    }
+
     /// Columns and rows.
     #[must_use]
     pub fn size(&self) -> [usize; 2] {

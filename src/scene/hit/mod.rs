@@ -57,6 +57,12 @@ pub struct HitScene {
 }
 
 impl HitScene {
+    /// Moves the scene to the right and down by so many pixels.
+    pub fn shift(&mut self, pixels: f64) {
+        self.view.camera.shift(pixels);
+        self.rays = rays(&self.view, self.width, self.height);
+    }
+
     /// The pixels that show the object, row by row.
     #[must_use]
     pub fn pixels(&self) -> Vec<[u32; 2]> {

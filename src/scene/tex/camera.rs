@@ -34,6 +34,8 @@ pub struct Camera {
     pub size: [u32; 2],
     /// Where rays start.
     pub lens: Lens,
+    /// Pixels by which the picture is moved to the right and down.
+    pub shift: f64,
 }
 
 impl Camera {
@@ -46,7 +48,15 @@ impl Camera {
         let up = right.cross(w) / distance;
         let pixel = 2.0 * tangent * distance / f64::from(size[0].min(size[1]));
         let [columns, rows] = size.map(f64::from);
-        Self { eye, u: right * pixel * columns / 2.0, v: up * pixel * rows / 2.0, w, size, lens }
+        Self {
+            eye,
+            u: right * pixel * columns / 2.0,
+            v: up * pixel * rows / 2.0,
+            w,
+            size,
+            lens,
+            shift: 0.0,
+        }
     }
 
     /// Origin and unit direction of the ray through an image position; a lens is sampled at the `sample`-th of
@@ -59,6 +69,7 @@ impl Camera {
         samples: u32,
         random: &mut Keyed,
     ) -> (DVec3, DVec3) {
+        let at = at.map(|position| position - self.shift);
         let x = 2.0 * at[0] / f64::from(self.size[0]) - 1.0;
         let y = 1.0 - 2.0 * at[1] / f64::from(self.size[1]);
         let offset = x * self.u + y * self.v;
