@@ -192,7 +192,7 @@ fn exact(code: Code) -> Option<I64F64> {
 #[derive(Clone, Debug)]
 pub struct Trace {
     probe: RtlProbe,
-    /// Names of the flags that the request set; empty for [`trace`], which runs beside a picture.
+    /// Names of the flags that the request set.
     pub flags: Vec<String>,
 }
 
@@ -236,9 +236,8 @@ impl Trace {
 /// The unit is refused.
 pub fn trace(unit: &Unit, scene: &Scene, pixel: [u32; 2]) -> Result<Option<Trace>, InputError> {
     let mut probe = RtlProbe::default();
-    scene.job.compile(unit)?.trace(pixel, &mut probe);
-    let written = probe.registers.iter().any(|codes| !codes.is_empty());
-    Ok(written.then_some(Trace { probe, flags: Vec::new() }))
+    let flags = scene.job.compile(unit)?.trace(pixel, &mut probe);
+    Ok(flags.map(|flags| Trace { probe, flags }))
 }
 
 /// Filters one fragment of your own over an environment.
@@ -303,6 +302,8 @@ pub struct Judgement {
     pub wrong: u64,
     /// The first wrong field of the first such case.
     pub first: Option<Difference>,
+    /// Outputs of the first case that had more or fewer than the shape.
+    pub lengths: Option<usize>,
 }
 
 /// The vectors that cover a stage at `level` 1 or 2, or an operation (`unit`, `unit-hit`, `unit-tex`):
@@ -336,17 +337,17 @@ impl Vectors {
         Ok(Self { model, subject, schedule, next: 0, end: schedule.cases() })
     }
 
-    /// As many cases as `count`, whether the level needs more or fewer.
+    /// As many cases in all as `cases`, whether the level needs more or fewer.
     #[must_use]
-    pub fn count(mut self, count: u64) -> Self {
-        self.end = count;
+    pub fn with_cases(mut self, cases: u64) -> Self {
+        self.end = cases;
         self
     }
 
     /// Cases still to come.
     #[must_use]
     pub fn remaining(&self) -> u64 {
-        self.end - self.next
+        self.end.saturating_sub(self.next)
     }
 
     /// The fields: stage, register, range and width of every number.
@@ -355,15 +356,17 @@ impl Vectors {
         self.model.shape()
     }
 
-    /// Runs every case through a device and compares bit by bit.
+    /// Runs every case through a device and compares bit by bit. More or fewer outputs than the shape has are wrong.
     pub fn judge(self, device: &mut dyn FnMut(&[i64]) -> Vec<i64>) -> Judgement {
         let fields = self.shape().outputs.clone();
         let mut judgement = Judgement::default();
         for Vector { input, output } in self {
-            let mut observed = device(&input);
-            observed.resize(output.len(), 0);
+            let observed = device(&input);
             judgement.cases += 1;
-            if let Some(wrong) = difference(&fields, &observed, &output) {
+            if observed.len() != output.len() {
+                judgement.wrong += 1;
+                judgement.lengths.get_or_insert(observed.len());
+            } else if let Some(wrong) = difference(&fields, &observed, &output) {
                 judgement.wrong += 1;
                 judgement.first.get_or_insert(wrong);
             }

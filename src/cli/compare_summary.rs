@@ -4,6 +4,7 @@ use std::io::Write;
 
 use super::Failure;
 use super::compare::Results;
+use super::compare_tables::per;
 use crate::base::num;
 use crate::conformance::attribution::{ANGLE_TABLE, Part, WHOLE, attribute};
 use crate::engine::{EngineKind, EnvJob, Job};
@@ -18,20 +19,20 @@ use crate::unit::UnitSpec;
 /// Most fragments that the attribution renders, some twenty times.
 const SAMPLE: usize = 4096;
 
-#[expect(clippy::cast_precision_loss, reason = "counts become rates")]
-fn per(total: u64, parts: u64) -> f64 {
-    total as f64 / parts.max(1) as f64
-}
-
 /// The RMS difference of two pictures in 8-bit steps.
 fn steps(pair: &Pair) -> String {
     significant(255.0 * pair.rmse, 3)
 }
 
 /// The difference of two engines that ran.
-fn pair(results: &Results, a: EngineKind, b: EngineKind, exposure: f64) -> Option<Pair> {
-    let (a, b) = (results.get(a)?, results.get(b)?);
-    compare(&a.picture, &b.picture, exposure).ok()
+fn pair(
+    results: &Results,
+    a: EngineKind,
+    b: EngineKind,
+    exposure: f64,
+) -> Result<Option<Pair>, InputError> {
+    let (Some(a), Some(b)) = (results.get(a), results.get(b)) else { return Ok(None) };
+    compare(&a.picture, &b.picture, exposure).map(Some)
 }
 
 /// The answers to three questions; nothing where the integer model did not run.
@@ -52,7 +53,7 @@ pub(super) fn print(
         (EngineKind::Truth, "supersampled rays (truth)"),
     ];
     for (kind, name) in far {
-        let Some(pair) = pair(results, EngineKind::Rtl, kind, exposure) else { continue };
+        let Some(pair) = pair(results, EngineKind::Rtl, kind, exposure)? else { continue };
         let db = pair.psnr_db.map_or("equal".into(), |db| format!("{db:.2} dB"));
         writeln!(
             out,
@@ -102,9 +103,9 @@ fn sources(
     out: &mut impl Write,
     spec: &UnitSpec,
     job: &Job,
-    pair: &dyn Fn(EngineKind, EngineKind) -> Option<Pair>,
+    pair: &dyn Fn(EngineKind, EngineKind) -> Result<Option<Pair>, InputError>,
 ) -> Result<(), Failure> {
-    if let (Job::Env(job), Some(_)) = (job, pair(EngineKind::Rtl, EngineKind::F64)) {
+    if let (Job::Env(job), Some(_)) = (job, pair(EngineKind::Rtl, EngineKind::F64)?) {
         let job = &sample(job);
         let parts = attribute(spec, job)?;
         let steps = |keep: &dyn Fn(&Part) -> bool| {
@@ -122,21 +123,21 @@ fn sources(
             "  word lengths     {}: registers.*; `tapline budget --attribution SCENE` has each stage",
             steps(&|part| !all(part) && !table(part))
         )?;
-    } else if let Some(pair) = pair(EngineKind::Rtl, EngineKind::F64) {
+    } else if let Some(pair) = pair(EngineKind::Rtl, EngineKind::F64)? {
         writeln!(
             out,
             "  words and tables {}: registers.* and tables.*, see --registers",
             steps(&pair)
         )?;
     }
-    if let Some(pair) = pair(EngineKind::F64, EngineKind::Ewa) {
+    if let Some(pair) = pair(EngineKind::F64, EngineKind::Ewa)? {
         writeln!(
             out,
             "  probes on a line {}: footprint.max_probes, .weights, .policy (f64 against ewa, a Gaussian of the ellipse)",
             steps(&pair)
         )?;
     }
-    if let Some(pair) = pair(EngineKind::Ewa, EngineKind::Truth) {
+    if let Some(pair) = pair(EngineKind::Ewa, EngineKind::Truth)? {
         writeln!(
             out,
             "  linearisation    {}: no knob (ewa against truth: an ellipse for the true footprint)",

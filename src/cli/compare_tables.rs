@@ -25,7 +25,7 @@ use crate::taken::Taken;
 use crate::unit::UnitSpec;
 
 #[expect(clippy::cast_precision_loss, reason = "counts become rates")]
-fn per(total: u64, parts: u64) -> f64 {
+pub(super) fn per(total: u64, parts: u64) -> f64 {
     total as f64 / parts.max(1) as f64
 }
 

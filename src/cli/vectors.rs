@@ -124,7 +124,7 @@ fn generate(what: &What, level: u32, seed: u64, count: Option<u64>) -> Result<()
     let (subject, build, spec) = what.parts()?;
     let vectors = Vectors::new(&spec, subject, build, (level, seed))?;
     let vectors = match count {
-        Some(count) => vectors.count(count),
+        Some(count) => vectors.with_cases(count),
         None => vectors,
     };
     let header =

@@ -85,7 +85,7 @@ fn the_example_test_bench_passes_on_vectors_of_reflect() {
     }
     let unit = UnitSpec::default();
     let subject = Subject::parse("reflect").unwrap();
-    let cases = vectors(&unit, "reflect", 1).unwrap().count(400);
+    let cases = vectors(&unit, "reflect", 1).unwrap().with_cases(400);
     let shape = cases.shape().clone();
     let package = declare(Language::Sv, subject, &shape, &unit);
     std::fs::write(folder.path().join("tapline_reflect_pkg.sv"), package).unwrap();

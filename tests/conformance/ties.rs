@@ -6,20 +6,17 @@ use tapline::operation::{Needs, Operation};
 use tapline::unit::UnitSpec;
 use tapline::vectors;
 
-/// Registers of ENV for which the level-1 vectors do not tell another rounding of ties from half-even, and why.
+/// Registers of ENV for which the level-1 vectors do not tell another rounding of ties from half-even.
 const NOT_TOLD: [&str; 7] = [
     // The table's entries have the register's own format: nothing is rounded.
     "eigen.axis",
     // Exact by default: 24 fraction bits of a texel and 16 of its weights are the register's 40.
     "filter.bilinear",
-    // Its tie needs a tie of log2's interpolation.
+    // No case comes to a tie that tells; none was searched for.
     "footprint.lod",
-    // The centre plus k steps, at twice the probes' count: only other counts than a power of two leave a half.
     "address.u",
     "address.v",
-    // A product of three rounded factors, scaled by √12.
     "roughness.b",
-    // The sum of three squares: its ties fell on even codes.
     "reflect.n_dot_n",
 ];
 

@@ -188,10 +188,10 @@ impl Model for (&EnvJob, RtlEngine) {
         RegisterErrors::of(&job.scene.fragments, 2 * CHUNK, progress, each)
     }
 
-    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) {
+    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) -> Option<Vec<String>> {
         let (job, e) = self;
-        if let Some(f) = job.scene.fragments.iter().find(|f| f.pixel == pixel) {
-            rtl(&e.unit, &e.config, &f.fragment, e.memory.texture.as_ref(), probe);
-        }
+        let found = job.scene.fragments.iter().find(|f| f.pixel == pixel)?;
+        let texture = e.memory.texture.as_ref();
+        Some(rtl(&e.unit, &e.config, &found.fragment, texture, probe).flags)
     }
 }

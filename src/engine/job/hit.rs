@@ -250,11 +250,10 @@ impl Model for (&HitJob, HitRtl) {
         RegisterErrors::of(&job.scene.rays, CHUNK, progress, each)
     }
 
-    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) {
+    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) -> Option<Vec<String>> {
         let (job, engine) = self;
-        if let Some(ray) = job.scene.rays.iter().find(|r| r.pixel == pixel) {
-            engine.trace(&ray.fragment, probe);
-        }
+        let ray = job.scene.rays.iter().find(|r| r.pixel == pixel)?;
+        Some(engine.trace(&ray.fragment, probe).0.flags)
     }
 
     fn search(&self, rays: &[HitFragment]) -> Option<Vec<HitResult>> {

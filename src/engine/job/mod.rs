@@ -283,8 +283,9 @@ pub trait Model {
     /// Every register against the float reference.
     fn registers(&self, settings: &Settings, progress: Progress<'_>) -> RegisterErrors;
 
-    /// Writes the registers of a pixel's first request into `probe`, if it has one.
-    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe);
+    /// Writes the registers of a pixel's first request into `probe`; the names of its flags, or nothing where the pixel
+    /// has no request.
+    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) -> Option<Vec<String>>;
 
     /// Results of other rays with the job's distances; nothing where the operation searches for none.
     fn search(&self, _: &[HitFragment]) -> Option<Vec<HitResult>> {

@@ -366,16 +366,17 @@ impl Model for (&TexJob, TexEngine) {
         RegisterErrors::of(&rows, 1, &|rows| progress(rows * width), each)
     }
 
-    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) {
+    fn trace(&self, pixel: [u32; 2], probe: &mut RtlProbe) -> Option<Vec<String>> {
         let (job, engine) = self;
         let [column, row] = pixel.map(num::usize);
-        let mut done = false;
+        let mut flags = None;
         job.each_look(engine, row, &mut |x, look, words, _| {
-            if x == column && !done {
-                let words = std::slice::from_ref(words);
-                let _ = engine.textures[look.texture].lanes::<1, _>(words, probe);
-                done = true;
+            if x == column && flags.is_none() {
+                let unit = &engine.textures[look.texture];
+                let (_, out) = unit.lanes::<1, _>(std::slice::from_ref(words), probe);
+                flags = Some(unit.flag_names(out.flags[0]));
             }
         });
+        flags
     }
 }
